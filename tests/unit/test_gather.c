@@ -2,6 +2,7 @@
 /* Light that is gathered (light.method: global), and light by paths: against closed forms, against
  * each other, and how they follow from a scene. */
 #include "check.h"
+#include "compare_images.h"
 
 #include "path.h"
 #include "scenes.h"
@@ -13,14 +14,24 @@
 enum { SIDE = 81, MIDDLE = SIDE / 2 };
 #define ALBEDO 0.5
 
-/* How the light of a test is found; most tests go through both. */
+/* How the light of a test is found. */
 static sc_light_method method = SC_LIGHT_GLOBAL;
-/* Take the next one. @return false after the last. */
-static bool next_method(void)
-{
-    method = method == SC_LIGHT_GLOBAL ? SC_LIGHT_PATH : SC_LIGHT_GLOBAL;
-    return method != SC_LIGHT_GLOBAL;
-}
+
+/* Define a test of light that is gathered, of light by paths, and of light by paths on the surface
+ * in voxels. */
+#define TEST_BY_EACH_METHOD(name)                                                                  \
+    static void name##_once(void);                                                                 \
+    TEST(name)                                                                                     \
+    {                                                                                              \
+        name##_once();                                                                             \
+        method = SC_LIGHT_PATH;                                                                    \
+        name##_once();                                                                             \
+        tested_surface = SC_SURFACE_VOXEL;                                                         \
+        name##_once();                                                                             \
+        tested_surface = SC_SURFACE_SMOOTH;                                                        \
+        method = SC_LIGHT_GLOBAL;                                                                  \
+    }                                                                                              \
+    static void name##_once(void)
 
 /* A scene of a shape, seen along y or z without perspective, a pixel to a voxel, lit by nothing but
  * the sky. */
@@ -97,7 +108,7 @@ static double light_from_the_right(double right, double before, double up)
 }
 
 /* Light comes from where the picture shows it, and goes round with it. */
-static void light_comes_from_a_picture_once(void)
+TEST_BY_EACH_METHOD(light_comes_from_a_picture)
 {
     sc_scene scene;
     SC_OWN(free_scene) small_scene s = sky_scene(ball, false, &scene);
@@ -116,16 +127,9 @@ static void light_comes_from_a_picture_once(void)
     }
 }
 
-TEST(light_comes_from_a_picture)
-{
-    do
-        light_comes_from_a_picture_once();
-    while (next_method());
-}
-
 /* Nothing hides the sky from a ball: its light is the integral over the hemisphere of each normal.
  * A picture of the sky gives the same light as it. */
-static void a_ball_is_lit_by_half_of_the_sky_once(void)
+TEST_BY_EACH_METHOD(a_ball_is_lit_by_half_of_the_sky)
 {
     sc_scene scene;
     SC_OWN(free_scene) small_scene s = sky_scene(ball, false, &scene);
@@ -145,13 +149,6 @@ static void a_ball_is_lit_by_half_of_the_sky_once(void)
     }
 }
 
-TEST(a_ball_is_lit_by_half_of_the_sky)
-{
-    do
-        a_ball_is_lit_by_half_of_the_sky_once();
-    while (next_method());
-}
-
 /* A well of radius 12 and depth 24 in a black block, with a grey floor. */
 static int well(double x, double y, double z)
 {
@@ -163,7 +160,7 @@ static int well(double x, double y, double z)
 }
 
 /* To the middle of the floor the sky is a cone, whose light has a closed form. */
-static void the_floor_of_a_well_sees_a_cone_of_the_sky_once(void)
+TEST_BY_EACH_METHOD(the_floor_of_a_well_sees_a_cone_of_the_sky)
 {
     sc_scene scene;
     SC_OWN(free_scene) small_scene s = sky_scene(well, true, &scene);
@@ -182,11 +179,18 @@ static void the_floor_of_a_well_sees_a_cone_of_the_sky_once(void)
     assert_true(fabs(sum / expected - 1) < 0.09); /* the rim is drawn rounded, and lets more in */
 }
 
-TEST(the_floor_of_a_well_sees_a_cone_of_the_sky)
+/* The eye sees as far into a well as the lamp beside it lights, whatever of the sky is hidden. */
+TEST_BY_EACH_METHOD(the_lamp_at_the_eye_lights_crevices)
 {
-    do
-        the_floor_of_a_well_sees_a_cone_of_the_sky_once();
-    while (next_method());
+    sc_scene scene;
+    small_scene s = sky_scene(well, true, &scene);
+    SC_OWN(sc_image_clear) sc_image without = draw_view(&s, &scene, NULL), with = {0};
+
+    s.settings.light.head = 0.4;
+    with = draw_view(&s, &scene, NULL);
+    assert_near(light_at(&with, MIDDLE, MIDDLE, 0) - light_at(&without, MIDDLE, MIDDLE, 0), 0.4,
+                0.02);
+    free_scene(&s);
 }
 
 /* A floor beside a wall of another tissue. */
@@ -209,7 +213,7 @@ static double redness(const sc_image *image, int x)
 }
 
 /* Light takes the colour of a wall to the floor beside it, and no light becomes more. */
-static void colour_goes_from_wall_to_floor_once(void)
+TEST_BY_EACH_METHOD(colour_goes_from_wall_to_floor)
 {
     sc_scene scene;
     SC_OWN(free_scene) small_scene s = sky_scene(corner, true, &scene);
@@ -223,13 +227,6 @@ static void colour_goes_from_wall_to_floor_once(void)
         assert_true(light_at(&image, x, MIDDLE, 0) < SC_SKY_MEAN + SC_SKY_UP * 2 / 3 + 0.02);
 }
 
-TEST(colour_goes_from_wall_to_floor)
-{
-    do
-        colour_goes_from_wall_to_floor_once();
-    while (next_method());
-}
-
 /* A floor before a wall that stands between it and the lamp. */
 static int screen(double x, double y, double z)
 {
@@ -238,7 +235,7 @@ static int screen(double x, double y, double z)
 
 /* The lamp stands to the volume, on the side of larger x: behind the wall the floor has none of its
  * light, and far from it that of a disc, nearly its cosine. */
-static void the_lamp_casts_shadows_once(void)
+TEST_BY_EACH_METHOD(the_lamp_casts_shadows)
 {
     sc_scene scene;
     small_scene s = sky_scene(screen, true, &scene);
@@ -254,15 +251,8 @@ static void the_lamp_casts_shadows_once(void)
     free_scene(&s);
 }
 
-TEST(the_lamp_casts_shadows)
-{
-    do
-        the_lamp_casts_shadows_once();
-    while (next_method());
-}
-
 /* A cut face from which all of the lamp is seen gets the mean of the light of its points. */
-static void a_cut_face_is_lit_by_the_lamp_once(void)
+TEST_BY_EACH_METHOD(a_cut_face_is_lit_by_the_lamp)
 {
     sc_scene scene;
     SC_OWN(free_scene) small_scene s = sky_scene(ball, false, &scene);
@@ -277,17 +267,10 @@ static void a_cut_face_is_lit_by_the_lamp_once(void)
     assert_near(light_at(&image, MIDDLE, MIDDLE, 0), 0.48 * 0.97846, 0.005);
 }
 
-TEST(a_cut_face_is_lit_by_the_lamp)
-{
-    do
-        a_cut_face_is_lit_by_the_lamp_once();
-    while (next_method());
-}
-
 /* Of what an even sky brings to the floor, a black ball that lies on it hides the third power of
  * its radius over the distance of its middle; where nothing is hidden, the floor is the background.
  */
-static void a_ball_throws_its_shadow_on_the_floor_once(void)
+TEST_BY_EACH_METHOD(a_ball_throws_its_shadow_on_the_floor)
 {
     enum { RADIUS = 30 };
     sc_scene scene;
@@ -315,13 +298,6 @@ static void a_ball_throws_its_shadow_on_the_floor_once(void)
     assert_int_equal(image.rgb[0], 255);
 }
 
-TEST(a_ball_throws_its_shadow_on_the_floor)
-{
-    do
-        a_ball_throws_its_shadow_on_the_floor_once();
-    while (next_method());
-}
-
 /* A hollow ball with a wall of a voxel and a half, open above. */
 static int shell(double x, double y, double z)
 {
@@ -332,7 +308,7 @@ static int shell(double x, double y, double z)
 }
 
 /* Light does not go through a thin wall: inside it is darker than outside. */
-static void a_thin_wall_keeps_its_sides_apart_once(void)
+TEST_BY_EACH_METHOD(a_thin_wall_keeps_its_sides_apart)
 {
     sc_scene scene;
     SC_OWN(free_scene) small_scene s = sky_scene(shell, true, &scene);
@@ -350,13 +326,6 @@ static void a_thin_wall_keeps_its_sides_apart_once(void)
     assert_true(light_at(&outside, MIDDLE, MIDDLE, 0) * ALBEDO / 0.1 > 0.25);
     assert_true(light_at(&inside, MIDDLE, MIDDLE, 0) * ALBEDO / 0.1 < 0.45);
     assert_true(light_at(&inside, MIDDLE, MIDDLE, 0) * ALBEDO / 0.1 > 0.15);
-}
-
-TEST(a_thin_wall_keeps_its_sides_apart)
-{
-    do
-        a_thin_wall_keeps_its_sides_apart_once();
-    while (next_method());
 }
 
 /* Draw with a renderer that has drawn something else before. */
@@ -481,7 +450,7 @@ TEST(what_is_behind_a_veil_is_lit_evenly)
 }
 
 /* Light reaches what a plane lays bare between two tissues, of which it cuts only one. */
-static void what_a_cut_lays_bare_is_lit_once(void)
+TEST_BY_EACH_METHOD(what_a_cut_lays_bare_is_lit)
 {
     sc_scene scene;
     SC_OWN(free_scene) small_scene s = sky_scene(corner, true, &scene);
@@ -498,13 +467,6 @@ static void what_a_cut_lays_bare_is_lit_once(void)
     image = draw_view(&s, &scene, NULL);
     assert_true(fabs(light_at(&image, SIDE - 11, MIDDLE, 0) - (SC_SKY_MEAN - SC_SKY_UP * 2 / 3)) <
                 0.08);
-}
-
-TEST(what_a_cut_lays_bare_is_lit)
-{
-    do
-        what_a_cut_lays_bare_is_lit_once();
-    while (next_method());
 }
 
 /* All kernels show the same light, also behind what lets some of it through. */
@@ -589,12 +551,10 @@ TEST(no_surface_gives_back_more_than_comes)
 TEST(all_kernels_follow_the_same_paths)
 {
     sc_scene scene;
-    small_scene s;
+    small_scene s = sky_scene(corner, false, &scene);
     SC_OWN(sc_image_clear) sc_image image = {0};
 
-    method = SC_LIGHT_PATH;
-    s = sky_scene(corner, false, &scene);
-    method = SC_LIGHT_GLOBAL;
+    s.settings.light.method = SC_LIGHT_PATH;
     s.settings.lens_samples = 4;
     s.settings.light.key = 0.5;
     s.settings.floor = true;
@@ -607,6 +567,46 @@ TEST(all_kernels_follow_the_same_paths)
                                   (sc_vec3){0, 0, 1}, SC_PERSPECTIVE, 0.3);
     image = draw_by_all_kernels(&s, &scene);
     free_scene(&s);
+}
+
+/* A bar over a floor. */
+static int bar_x;
+static int bar(double x, double y, double z)
+{
+    return z < 20 ? 1 : fabs(x - bar_x) < 8 && fabs(y - MIDDLE) < 12 && fabs(z - 52) < 8 ? 2 : 0;
+}
+
+/* Paths meet a tissue where it has moved to: they draw what they do if it lies there from the
+ * beginning, but for rounding. */
+TEST(paths_meet_tissues_that_have_moved)
+{
+    const sc_vec3 offsets[3] = {[2] = {32, 0, 0}};
+
+    method = SC_LIGHT_PATH;
+    for (int voxels = 0; voxels < 2; voxels++) {
+        sc_image images[2];
+        image_difference d;
+
+        tested_surface = voxels ? SC_SURFACE_VOXEL : SC_SURFACE_SMOOTH;
+        for (int i = 0; i < 2; i++) {
+            sc_scene scene;
+            small_scene s;
+
+            bar_x = i ? 52 : 20;
+            s = sky_scene(bar, true, &scene);
+            s.settings.light.key = 0.7;
+            s.tissues[2].part = 1;
+            scene.offsets_mm = i ? NULL : offsets;
+            images[i] = draw_view(&s, &scene, NULL);
+            free_scene(&s);
+        }
+        assert_true(compare_images(&images[0], &images[1], &d));
+        assert_in_range(d.differing_px, 0, 10);
+        sc_image_clear(&images[0]);
+        sc_image_clear(&images[1]);
+    }
+    tested_surface = SC_SURFACE_SMOOTH;
+    method = SC_LIGHT_GLOBAL;
 }
 
 /* Three balls of different colours, which nearly touch, on a plate. */
@@ -697,15 +697,14 @@ static bool is_smooth(sc_renderer *r, const sc_scene *scene, int x, int y)
 TEST(white_in_a_white_room_is_not_seen)
 {
     sc_scene scene;
-    small_scene s;
+    small_scene s = sky_scene(balls, false, &scene);
     SC_OWN(sc_image_clear) sc_image image = {0};
     double sum = 0;
     sc_renderer *r;
     int count = 0;
 
-    method = SC_LIGHT_PATH;
-    s = sky_scene(balls, false, &scene);
-    method = SC_LIGHT_GLOBAL;
+    s.settings.light.method = SC_LIGHT_PATH;
+    s.settings.lens_samples = 64;
     paint_map(even_light);
     s.settings.environment = &map;
     for (int i = 0; i < 6; i++)
