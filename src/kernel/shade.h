@@ -317,13 +317,14 @@ static inline void sc_depth_cue(const sc_march_light *light, float depth_mm, flo
 /* The light of the sky and of the lamp that reaches a spot, to @p out: the share @p known of what
  * has been gathered; the rest is that of the whole sky above the surface, as far as the spot is
  * open. @return how open, 0 to 1, it is by both: by the component of which least has been gathered.
- * @param open how open it is by the occlusion. */
+ * @param open how open it is by the occlusion. @param lit set to the share of the lamp's light, at
+ * most @p lamp, that arrives: all if half of it is there beside the light of the whole sky. */
 static inline float sc_light_of_sky(const sc_march *m, const sc_spot *spot, float known, float open,
-                                    float out[3])
+                                    float lamp, float *lit, float out[3])
 {
     const sc_march_light *l = &m->light;
     float whole = l->sky * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2]);
-    float least = spot->around[0];
+    float least = spot->around[0], beyond;
 
     for (int i = 0; i < 3; i++) {
         const float mapped = l->sky * (l->around[i][0] + sc_dot3(l->around[i] + 1, spot->normal));
@@ -332,6 +333,8 @@ static inline float sc_light_of_sky(const sc_march *m, const sc_spot *spot, floa
         least = spot->around[i] < least ? spot->around[i] : least;
         out[i] = known * spot->around[i] + (1 - known) * (whole * open);
     }
+    beyond = 2 * (least - whole);
+    *lit = known * (beyond < lamp ? sc_clamp01(beyond / lamp) : 1) + (1 - known);
     return known * sc_clamp01(least / whole) + (1 - known) * open;
 }
 
@@ -360,11 +363,11 @@ static inline void sc_light(const sc_march *m, const sc_march_tissue *tissue, co
     if (m->occlusion && l->occlusion > 0 && known < 1)
         open = 1 - l->occlusion * (1 - sc_openness(m, spot));
     if (l->sky > 0)
-        open = sc_light_of_sky(m, spot, known, open, sky);
+        open = sc_light_of_sky(m, spot, known, open, l->key * key, &lit, sky);
     for (int i = 0; i < 3 && l->sky > 0; i++) /* the eye sees no shadow of the light beside it */
         sky[i] += l->head * head * (known * (1 - open));
     if (m->occlusion && l->shadow > 0 && key > 0)
-        lit = sc_unshadowed(m, spot);
+        lit *= sc_unshadowed(m, spot);
     if (l->lamp_mm > 0) {
         near =
             l->lamp_mm * l->lamp_mm / (l->lamp_mm * l->lamp_mm + spot->depth_mm * spot->depth_mm);

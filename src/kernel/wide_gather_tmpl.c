@@ -134,7 +134,6 @@ static inline void step(packet *p, sc_gather_hit *out)
     for (uint32_t left = m_bits(marked); left; left &= left - 1) {
         const int lane = __builtin_ctz(left);
         const int at[3] = {q[0][lane], q[1][lane], q[2][lane]};
-
         float a[3], b[3];
 
         for (int i = 0; i < 3; i++) {

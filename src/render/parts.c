@@ -16,8 +16,7 @@ enum { WHOLE = 256 /* of the weights with which occlusions are mixed */ };
 
 /* ---- making ---- */
 
-/* @return the bytes of an occlusion as the march reads it, of which those beyond the bricks are 0.
- */
+/* @return the bytes of an occlusion as the march reads it; those beyond the bricks are 0. */
 static size_t occlusion_bytes(const sc_renderer *r)
 {
     return 2 * (sc_brick_count(r->occlusion.size) + SC_GATHER_BYTES);

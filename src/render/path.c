@@ -234,8 +234,7 @@ static bool land(const sc_renderer *r, path *p, meeting *m)
     return true;
 }
 
-/* Choose a point of the lamp or of the sky, and note what comes from there if nothing is between.
- */
+/* Choose a point of lamp or sky, and note what comes from there if nothing is between. */
 static void look_to_light(const sc_renderer *r, path *p, uint32_t bounce, const meeting *m)
 {
     const sc_march_light *light = &r->march.light;

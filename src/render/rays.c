@@ -88,8 +88,7 @@ static void look_through_aperture(const sc_camera *c, const sc_aim *aim, sc_sigh
     s->upward -= s->aside[1] / c->focus_mm;
 }
 
-/* Turn the longitude and the latitude of a line of sight, in radians, into shares of its direction.
- */
+/* Turn longitude and latitude of a line of sight, in radians, into shares of its direction. */
 static void look_around(sc_sight *s)
 {
     double east, ahead, up, level;
@@ -135,8 +134,7 @@ static bool make_ray(const sc_lens *lens, sc_vec3 eye, sc_vec3 direction, sc_vec
     double middle, begin, base;
     sc_vec3 beside;
 
-    /* The ray lies within the sphere around the volume between these distances, or in less of it.
-     */
+    /* The ray lies within the sphere around the volume between these distances, or in less. */
     beside = sc_vec3_sub(lens->renderer->middle_mm, eye);
     middle = sc_vec3_dot(beside, direction);
     beside = sc_vec3_along(beside, -middle, direction);

@@ -60,8 +60,7 @@ static void direction_to(const sc_sky *sky, double x, double y, double out[3])
     out[1] = level * cosine;
 }
 
-/* The place of a direction in a picture of @p width x @p height pixels: column and row, to @p out.
- */
+/* The place of a direction in a picture of @p width x @p height pixels, to @p out: column, row. */
 static void place_of(const sc_sky *sky, const double d[3], int width, int height, int out[2])
 {
     double x = sc_part_of_turn(d[0], d[1]) + 0.5 - sky->turn;

@@ -60,8 +60,7 @@ void sc_tile_add_ray(sc_tile *t, const sc_aim *aim, uint32_t target);
 /* March the rays waiting into t->rays.light and add to the tile's counters. The caller empties the
  * batch. */
 void sc_tile_march(sc_tile *t);
-/* @return the share of what is behind the picture that a ray hides; 0 where there is a background.
- */
+/* @return the share of what is behind the picture that a ray hides; 0 with a background. */
 float sc_cover_of(const sc_renderer *r, const sc_radiance *light);
 
 /* ---- aperture.c ---- */

@@ -7,7 +7,7 @@ declare -A expected=(
     [parallel]=b4ab871c12a2e5c3
     [clear]=c69342bf869c5c64
     [shadows]=7f29e27a366a6a5e
-    [global]=f1ef3308681aa41b
+    [global]=75ffaf862108584b
     [path]=e07ad7ac24c2ba07
 )
 declare -A settings=(

@@ -5,8 +5,7 @@
 
 #include "segcast/prepare.h"
 
-/* A volume whose dense ids are given by a function of the voxel indices; the label of id i is 3 i.
- */
+/* A volume whose dense ids a function of the voxel indices gives; the label of id i is 3 i. */
 static inline sc_volume shape_volume(const int size[3], const double spacing_mm[3], int label_bytes,
                                      int label_count, int (*id_of)(double x, double y, double z))
 {
@@ -39,6 +38,13 @@ static inline sc_volume shape_volume(const int size[3], const double spacing_mm[
     for (int i = 0; i < 3; i++)
         v.to_ras_mm.m[i][i] = spacing_mm[i];
     return v;
+}
+
+/* The same as a cube of voxels of 1 mm. */
+static inline sc_volume cube_volume(int side, int label_count, int id_at(double, double, double))
+{
+    return shape_volume((const int[3]){side, side, side}, (const double[3]){1, 1, 1}, 1,
+                        label_count, id_at);
 }
 
 /* A prepared volume: a block, which clear_copy frees, and the view of it. */

@@ -17,9 +17,7 @@ static int ball(double x, double y, double z)
 /* A scene of a ball in the middle of 41 mm, seen from the front without light. */
 static small_scene ball_scene(double opacity)
 {
-    const int size[3] = {41, 41, 41};
-    const double spacing[3] = {1, 1, 1};
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), opacity);
+    small_scene s = make_scene(cube_volume(41, 2, ball), opacity);
 
     s.settings.width_px = s.settings.height_px = 50;
     s.settings.light = (sc_lighting){.method = SC_LIGHT_FLAT};

@@ -37,9 +37,8 @@ static sc_light_method method = SC_LIGHT_GLOBAL;
  * the sky. */
 static small_scene sky_scene(int shape(double, double, double), bool from_above, sc_scene *scene)
 {
-    const int size[3] = {SIDE, SIDE, SIDE};
-    const double spacing[3] = {1, 1, 1}, middle = MIDDLE;
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 3, shape), 1);
+    const double middle = MIDDLE;
+    small_scene s = make_scene(cube_volume(SIDE, 3, shape), 1);
     const sc_vec3 eye = {middle, from_above ? middle : 300, from_above ? 300 : middle};
 
     s.settings.width_px = s.settings.height_px = SIDE;
@@ -248,6 +247,27 @@ TEST_BY_EACH_METHOD(the_lamp_casts_shadows)
     image = draw_view(&s, &scene, NULL);
     assert_true(light_at(&image, 58, MIDDLE, 0) < 0.02);
     assert_true(fabs(light_at(&image, 14, MIDDLE, 0) / (upward * (1 - square / 4)) - 1) < 0.03);
+    free_scene(&s);
+}
+
+/* A highlight of the lamp ends where its light does. */
+TEST(no_highlight_is_in_the_shadow_of_the_lamp)
+{
+    sc_scene scene;
+    small_scene s = sky_scene(screen, true, &scene);
+    double lit[2], dark[2];
+
+    s.settings.light.ambient = 0.3;
+    s.settings.light.key = 1;
+    s.tissues[1].material.roughness = 1;
+    for (int i = 0; i < 2; i++) {
+        SC_OWN(sc_image_clear) sc_image image = draw_view(&s, &scene, NULL);
+
+        lit[i] = light_at(&image, 14, MIDDLE, 0);
+        dark[i] = light_at(&image, 58, MIDDLE, 0);
+        s.tissues[1].material.specular = 0.2;
+    }
+    assert_true(fabs(dark[1] - dark[0]) < 0.01 && lit[1] > lit[0] + 0.1);
     free_scene(&s);
 }
 

@@ -118,9 +118,7 @@ TEST(distance_fades_into_the_background)
 
 static small_scene ball_scene(double opacity, sc_scene *scene)
 {
-    const int size[3] = {41, 41, 41};
-    const double spacing[3] = {1, 1, 1};
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, large_ball), opacity);
+    small_scene s = make_scene(cube_volume(41, 2, large_ball), opacity);
 
     s.settings.width_px = s.settings.height_px = 101;
     *scene = (sc_scene){.clip_set_count = 1};
@@ -191,9 +189,7 @@ static int solid(double x, double y, double z)
  * is marched only once. */
 TEST(edges_have_even_shades_from_rays_that_are_marched_once)
 {
-    const int size[3] = {41, 41, 41};
-    const double spacing[3] = {1, 1, 1};
-    sc_volume volume = shape_volume(size, spacing, 1, 2, solid);
+    sc_volume volume = cube_volume(41, 2, solid);
     small_scene s;
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
     sc_render_stats full, adaptive, single;
@@ -240,9 +236,7 @@ static int halves(double x, double y, double z)
 /* On a cut face there is a line between two tissues, as wide as set, and no other line. */
 TEST(cut_faces_have_outlines_where_tissues_meet)
 {
-    const int size[3] = {41, 41, 41};
-    const double spacing[3] = {1, 1, 1};
-    sc_volume volume = shape_volume(size, spacing, 1, 3, halves);
+    sc_volume volume = cube_volume(41, 3, halves);
     small_scene s;
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
     SC_OWN(sc_image_clear) sc_image image = {0};
@@ -296,10 +290,8 @@ static int block_and_wall(double x, double y, double z)
  * from its border, while that has a rim. */
 TEST(thin_walls_keep_their_colour_on_cut_faces)
 {
-    const int size[3] = {61, 61, 61};
-    const double spacing[3] = {1, 1, 1};
     SC_OWN(free_scene)
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, block_and_wall), 1);
+    small_scene s = make_scene(cube_volume(61, 2, block_and_wall), 1);
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
     SC_OWN(sc_image_clear) sc_image image = {0};
 
@@ -323,10 +315,8 @@ static int coarse_block(double x, double y, double z)
  * from that to the border across x, in a picture of so many pixels. */
 static int rim_px(int picture_px)
 {
-    const int size[3] = {33, 33, 33};
-    const double spacing[3] = {1, 1, 1};
     SC_OWN(free_scene)
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, coarse_block), 1);
+    small_scene s = make_scene(cube_volume(33, 2, coarse_block), 1);
     sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
     SC_OWN(sc_image_clear) sc_image image = {0};
     int middle, begin = picture_px / 10, end = begin, dark = 0;
@@ -363,13 +353,11 @@ static int bar(double x, double y, double z)
  * both surfaces. */
 TEST(tissue_at_the_border_of_the_volume_ends_in_a_flat_face)
 {
-    const int size[3] = {41, 41, 41};
-    const double spacing[3] = {1, 1, 1};
     const float inside[3] = {21, 41.45f, 32.3f}, outside[3] = {21, 41.55f, 21};
     const sc_surface surfaces[2] = {SC_SURFACE_SMOOTH, SC_SURFACE_VOXEL};
 
     for (int i = 0; i < 2; i++) {
-        SC_OWN(free_scene) small_scene s = make_scene(shape_volume(size, spacing, 1, 2, bar), 1);
+        SC_OWN(free_scene) small_scene s = make_scene(cube_volume(41, 2, bar), 1);
         sc_scene scene = {.clip_set_count = 1};
         SC_OWN(sc_image_clear) sc_image image = {0};
 
@@ -397,11 +385,9 @@ static int dome(double x, double y, double z)
  * nowhere else, as far as there is occlusion. */
 TEST(faces_at_the_border_of_the_volume_have_a_rim)
 {
-    const int size[3] = {41, 41, 41};
-    const double spacing[3] = {1, 1, 1};
 
     for (int occlusion = 0; occlusion < 2; occlusion++) {
-        SC_OWN(free_scene) small_scene s = make_scene(shape_volume(size, spacing, 1, 2, dome), 1);
+        SC_OWN(free_scene) small_scene s = make_scene(cube_volume(41, 2, dome), 1);
         sc_scene scene = {.clip_set_count = 1};
         SC_OWN(sc_image_clear) sc_image image = {0};
         int middle;

@@ -13,9 +13,7 @@ enum { SIDE = 61, MIDDLE = 30, PX = 160 };
  * it is free. */
 static small_scene black_scene(int (*shape)(double, double, double))
 {
-    const int size[3] = {SIDE, SIDE, SIDE};
-    const double spacing[3] = {1, 1, 1};
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, shape), 1);
+    small_scene s = make_scene(cube_volume(SIDE, 2, shape), 1);
 
     s.settings.width_px = s.settings.height_px = PX;
     s.settings.everywhere = false;
@@ -168,9 +166,7 @@ static int balls(double x, double y, double z)
 /* From the middle each ball is seen in its direction, as large as its angle, and nothing else. */
 TEST(balls_on_all_sides_are_seen_in_their_directions)
 {
-    const int size[3] = {SIDE, SIDE, SIDE};
-    const double spacing[3] = {1, 1, 1};
-    small_scene s = make_scene(shape_volume(size, spacing, 1, 7, balls), 1);
+    small_scene s = make_scene(cube_volume(SIDE, 7, balls), 1);
     sc_scene scene = {.clip_set_count = 1};
     SC_OWN(sc_image_clear) sc_image image = {0};
     double covered = 0, voxels = 0, angle = asin(9.0 / 20);

@@ -10,9 +10,7 @@
  * differ little. */
 TEST(shading_is_smooth)
 {
-    const int size[3] = {41, 41, 41};
-    const double spacing[3] = {1, 1, 1};
-    SC_OWN(free_scene) small_scene s = make_scene(shape_volume(size, spacing, 1, 2, large_ball), 1);
+    SC_OWN(free_scene) small_scene s = make_scene(cube_volume(41, 2, large_ball), 1);
     sc_scene scene = {.clip_set_count = 1};
     SC_OWN(sc_image_clear) sc_image image = {0};
 
@@ -70,10 +68,8 @@ static double variation_of_row(const sc_image *image, int y, int begin, int end)
  * voxels it is a little less even. */
 static void check_shading_along_a_seam(double strength)
 {
-    const int size[3] = {49, 49, 49};
-    const double spacing[3] = {1, 1, 1};
     const sc_vec3 middle = {24, 24, 24};
-    SC_OWN(free_scene) small_scene s = make_scene(shape_volume(size, spacing, 1, 3, bent_seam), 1);
+    SC_OWN(free_scene) small_scene s = make_scene(cube_volume(49, 3, bent_seam), 1);
     sc_scene scene = {.clip_set_count = 1};
     sc_vec3 axes[3];
     SC_OWN(sc_image_clear) sc_image image = {0};
@@ -115,9 +111,7 @@ static int plate_before_block(double x, double y, double z)
  * is behind: the voxels of the gap tell the direction of one of its sides alone. */
 TEST(the_back_of_a_tissue_is_lit_evenly_beside_a_narrow_gap)
 {
-    const int size[3] = {41, 41, 41};
-    const double spacing[3] = {1, 1, 1};
-    sc_volume volume = shape_volume(size, spacing, 1, 3, plate_before_block);
+    sc_volume volume = cube_volume(41, 3, plate_before_block);
     small_scene s;
     sc_scene scene = {.clip_set_count = 1};
     double sum = 0, squares = 0, variance;

@@ -320,12 +320,12 @@ static inline vf v_unshadowed(const sc_march *m, const v_spot *spot, vm on)
     return through + (1 - m->light.shadow) * (1 - through);
 }
 
-/* See sc_light_of_sky: sets spot->around to the light of the sky and the lamp, and spot->open. */
+/* See sc_light_of_sky: sets spot->around to the light of sky and lamp, spot->open and lit. */
 static inline void v_light_of_sky(const sc_march *m, vf known, v_spot *spot)
 {
     const sc_march_light *l = &m->light;
     vf whole = l->sky * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * spot->normal[2]);
-    vf least = spot->around[0];
+    vf least = spot->around[0], lamp = l->key * spot->key, beyond;
 
     for (int i = 0; i < 3; i++) {
         const float *by = l->around[i];
@@ -338,6 +338,9 @@ static inline void v_light_of_sky(const sc_march *m, vf known, v_spot *spot)
         least = f_pick(f_below(spot->around[i], least), spot->around[i], least);
         spot->around[i] = known * spot->around[i] + (1 - known) * (whole * spot->open);
     }
+    beyond = 2 * (least - whole);
+    spot->lit =
+        known * f_pick(f_below(beyond, lamp), f_clamp01(beyond / lamp), f_set(1)) + (1 - known);
     spot->open = known * f_clamp01(least / whole) + (1 - known) * spot->open;
 }
 
@@ -372,7 +375,7 @@ static inline void v_light_spot(const sc_march *m, v_spot *spot, vm on)
     for (int i = 0; i < 3 && l->sky > 0; i++)
         spot->around[i] += l->head * spot->head * (known * (1 - spot->open));
     if (m->occlusion && l->shadow > 0)
-        spot->lit = v_unshadowed(m, spot, m_and(on, f_below(f_set(0), spot->key)));
+        spot->lit *= v_unshadowed(m, spot, m_and(on, f_below(f_set(0), spot->key)));
     length = f_length(h);
     spot->shine = f_pick(m_and(f_below(f_set(0), length), f_below(f_set(0), spot->key)),
                          f_max0(f_dot(spot->normal, h) / length), f_set(0));
