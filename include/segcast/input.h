@@ -82,6 +82,9 @@ void sc_input_advise(const sc_input *input, sc_memory_use use);
 sc_status sc_input_load(sc_app *app, sc_job *job, sc_rank_record *times, sc_input *input);
 /** As sc_inputs_inspect, of the only volume of a job. */
 sc_status sc_input_inspect(sc_app *app, sc_job *job, bool header_only, sc_input *input);
+/** As sc_input_inspect, with the voxels in memory, and colours as pictures have them. @param voxels
+ * what input->volume borrows; caller owns, also after an error: sc_volume_clear. */
+sc_status sc_input_look(sc_app *app, sc_job *job, sc_input *input, sc_volume *voxels);
 /** Map the prepared file that is the volume of a job on every rank, and make sure that it is the
  * same file on all. @param usable whether the job can use it as it is; if not, a warning says why,
  * and it has to be prepared again. Collective. */

@@ -19,7 +19,7 @@ static sc_status find_job(sc_app *app, bool is_new, sc_text *path, sc_text *text
         return sc_file_read(app->ctx, input, JOB_MAX_BYTES, &text->data, &bytes);
     }
     SC_PASS(sc_comm_open(app->ctx, false, &app->comm));
-    status = sc_init_write(app, path, text);
+    status = sc_init_write(app, false, path, text);
     sc_comm_close(app->comm);
     app->comm = all;
     return status;

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 /* A sketch may take so long, so that it and what the browser does stay below what a hand feels. */
-#define SKETCH_S 0.035
+#define SKETCH_S 0.025
 /* No coarser than this: a picture that is a mosaic tells nothing. */
 #define SCALE_LEAST 0.25
 /* The quality of JPEG: lower, smooth surfaces show steps; higher, it takes more of the line. */

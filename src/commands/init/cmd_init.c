@@ -134,9 +134,10 @@ static sc_status add_tissue(const sc_ctx *ctx, const sc_prepared *v, const sc_pl
                         label->rgb[2]));
     if (!by_name && label->name[0])
         SC_PASS(sc_write_quoted(ctx, label->name, out));
-    return sc_text_add(ctx, out, "%slabel %lld, %.3g ml, %.3g mm thick\n",
-                       !by_name && label->name[0] ? ", " : "", (long long)label->value, ml,
-                       s->thickness_mm);
+    SC_PASS(sc_text_add(ctx, out, "%slabel %lld, %.3g ml", !by_name && label->name[0] ? ", " : "",
+                        (long long)label->value, ml));
+    return s->thickness_mm > 0 ? sc_text_add(ctx, out, ", %.3g mm thick\n", s->thickness_mm)
+                               : sc_text_add(ctx, out, "\n");
 }
 
 /* Append the map of tissues, with a comment before each system. */
@@ -334,10 +335,11 @@ static sc_status write_job(const sc_app *app, const char *path, const sc_text *t
     return SC_OK;
 }
 
-sc_status sc_init_write(sc_app *app, sc_text *path, sc_text *out)
+sc_status sc_init_write(sc_app *app, bool measures, sc_text *path, sc_text *out)
 {
     SC_OWN(sc_session_clear) sc_session session = {0};
     SC_OWN(sc_input_clear) sc_input input = {.measure = true};
+    SC_OWN(sc_volume_clear) sc_volume voxels = {0};
     SC_OWN(sc_free_at) char *stem = NULL;
 
     SC_PASS(make_stem(app->ctx, app->options.input, &stem));
@@ -352,7 +354,8 @@ sc_status sc_init_write(sc_app *app, sc_text *path, sc_text *out)
         SC_PASS(sc_check_output(app, &session.job, path->data, false));
     SC_PASS(add_head(app, &session.job, path->data, stem, out));
     /* Of a series, the first phase tells enough. */
-    SC_PASS(sc_input_load(app, &session.job, &session.times, &input));
+    SC_PASS(measures ? sc_input_load(app, &session.job, &session.times, &input)
+                     : sc_input_look(app, &session.job, &input, &voxels));
     return add_body(app, &input.volume, out);
 }
 
@@ -360,6 +363,6 @@ sc_status sc_cmd_init(sc_app *app)
 {
     SC_OWN(sc_text_clear) sc_text text = {0}, path = {0};
 
-    SC_PASS(sc_init_write(app, &path, &text));
+    SC_PASS(sc_init_write(app, true, &path, &text));
     return write_job(app, path.data, &text);
 }

@@ -56,7 +56,8 @@ bool sc_word_begins(const char *words, const char *beginning);
 
 /* Write a job to begin with to @p out, and the name of its file, which is not there yet, to @p
  * path: that of --output, or one that follows from the volume. Both are empty before, and cleared
- * by the caller also after an error. @return as the command. */
-sc_status sc_init_write(struct sc_app *app, sc_text *path, sc_text *out);
+ * by the caller also after an error. @param measures comments tell how thick tissues are, for which
+ * the volume is prepared. @return as the command. */
+sc_status sc_init_write(struct sc_app *app, bool measures, sc_text *path, sc_text *out);
 
 #endif
