@@ -274,17 +274,34 @@ static void place(const sc_cell *c, group *g)
     }
 }
 
+/* Find the owners of the corners of a cell: sc_kernel_vertex_owner of each. @return whether there
+ * are several. */
+static bool find_owners(const sc_prepared *volume, const sc_cell *c, uint32_t owners[SC_CORNERS])
+{
+    const unsigned beyond = c->border ? ~sc_cell_voxels(volume, c) : 0;
+    bool several = false;
+
+    for (int i = 0; i < SC_CORNERS; i++) {
+        owners[i] = (c->background | beyond) >> i & 1 ? 0
+                    : c->distinct_count > 1           ? c->labels[i]
+                                                      : c->distinct[0];
+        several = several || owners[i] != owners[0];
+    }
+    return several;
+}
+
 void sc_kernel_cell_points(const sc_prepared *volume, const int q[3], bool placed,
                            sc_cell_points *out)
 {
     sc_cell c;
 
-    out->count = 0;
-    for (int i = 0; i < SC_CORNERS; i++)
-        out->owners[i] =
-            sc_kernel_vertex_owner(volume, q[0] + (i & 1), q[1] + (i >> 1 & 1), q[2] + (i >> 2));
     memcpy(c.q, q, sizeof c.q);
+    c.distinct_count = 1; /* of a cell in the background it is not read */
     (void)sc_cell_read(volume, &c);
+    out->count = 0;
+    memset(out->of_edge, -1, sizeof out->of_edge);
+    if (!find_owners(volume, &c, out->owners))
+        return;
     find_groups(&c, out);
     for (int n = 0; placed && n < out->count; n++) {
         float *normal = out->normals[n], length;

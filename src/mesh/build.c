@@ -8,8 +8,9 @@
 enum {
     BRICKS_AT_ONCE = 64, /* that a thread claims */
     VERTICES_AT_ONCE = 65536,
-    AROUND = 4,    /* cells around an edge */
-    POINT_BITS = 2 /* of the number of a cell's point */
+    AROUND = 4,                         /* cells around an edge */
+    LOWEST_EDGES = 1 | 1 << 4 | 1 << 8, /* of a cell, along each axis from its lowest corner */
+    POINT_BITS = 2                      /* of the number of a cell's point */
 };
 
 /* What belongs to a brick: at first how many, then the index of the first. */
@@ -286,14 +287,17 @@ static void fill_triangles(void *user, size_t begin, size_t end, int thread)
     const builder *b = user;
 
     for (size_t i = begin; i < end; i++) {
+        const mesh_cell *cell = b->cells + b->bricks[i].cells;
         uint32_t next = b->bricks[i].triangles;
         int at[3];
 
         sc_brick_at(b->volume->bricks, i, at);
-        for (uint64_t left = mask_at(b, at); left; left &= left - 1) {
+        for (uint64_t left = mask_at(b, at); left; left &= left - 1, cell++) {
             uint32_t low;
             int q[3];
 
+            if (!(cell->crossed & LOWEST_EDGES))
+                continue;
             cell_of_bit(at, __builtin_ctzll(left), q);
             low = sc_kernel_vertex_owner(b->volume, q[0], q[1], q[2]);
             for (int axis = 0; axis < 3; axis++) {
