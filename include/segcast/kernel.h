@@ -389,17 +389,12 @@ typedef struct sc_gather_hit {
 /** What they look for it in. The caller owns what the pointers point to. */
 typedef struct sc_gather_march {
     const sc_prepared *volume;
-    const uint64_t *masks; /**< the vertices on the side of tissue that is shown; with a frame, as
-                                of sc_visible_cells */
+    const uint64_t *masks; /**< the vertices on the side of tissue that is shown, and not cut away;
+                                with a frame, as of sc_visible_cells */
     const uint8_t *distances; /**< sc_brick_distances of the masks */
     int row, layer;           /**< steps in these arrays from a brick to the next along y and z */
     float box_low[3], box_high[3]; /**< in grid coordinates plus 1/2: rays end outside of it */
     float step[3][3]; /**< the vector, RAS, from a vertex to the next along each axis, in voxels */
-    int plane_count;  /**< of those that cut, as of sc_march; 0: nothing is cut */
-    bool cut_away;
-    const uint32_t
-        *cuts; /**< [label_count] which planes cut a tissue, as bits; not read without planes */
-    float plane_equations[SC_PLANES_MAX][4];
 } sc_gather_march;
 /** Follow @p count rays, each by itself, up to the first vertex that they meet; cannot fail. @param
  *  out [count], overwritten. Threads: any number at once. */

@@ -41,24 +41,6 @@ static void load(packet *p, int lane, const sc_gather_ray *ray)
     p->t[lane] = 0;
 }
 
-/* Is the tissue at a vertex kept there? */
-static bool is_kept(const sc_gather_march *m, const int q[3])
-{
-    const uint32_t label = sc_vertex_at(m->volume, q[0], q[1], q[2]).tissue;
-    bool cut = false, kept = true;
-
-    for (int i = 0; i < m->plane_count; i++) {
-        const float *e = m->plane_equations[i];
-        const bool keeps = e[0] * (float)q[0] + e[1] * (float)q[1] + e[2] * (float)q[2] + e[3] >= 0;
-
-        if (!(m->cuts[label] >> i & 1))
-            continue;
-        cut = true;
-        kept = m->cut_away ? (i == 0 || !kept ? keeps : kept) : kept && keeps;
-    }
-    return !cut || kept;
-}
-
 /* Does a ray meet tissue on its way from @p a to @p b beside vertex @p q, which is on the side of
  * tissue? The surface that passes there is taken as the plane that the record of the vertex tells
  * of: else rays would end at corners of vertices that reach out from it. */
@@ -140,7 +122,7 @@ static inline void step(packet *p, sc_gather_hit *out)
             a[i] = p->origin[i][lane] - 0.5f + p->direction[i][lane] * p->t[lane];
             b[i] = p->origin[i][lane] - 0.5f + p->direction[i][lane] * t[lane];
         }
-        if ((m->plane_count && !is_kept(m, at)) || !meets_tissue(m, at, a, b))
+        if (!meets_tissue(m, at, a, b))
             continue;
         for (int i = 0; i < 3; i++)
             out[p->ray[lane]].at[i] = at[i];

@@ -78,8 +78,6 @@ static sc_status allocate_light(const sc_ctx *ctx, sc_gather *g)
     SC_PASS(allocate(ctx, g, light, count, sizeof *g->light, &g->light));
     SC_PASS(allocate(ctx, g, light, count, sizeof *g->radiosity, &g->radiosity));
     SC_PASS(allocate(ctx, g, light, count, sizeof *g->gone, &g->gone));
-    if (!hits)
-        SC_PASS(SC_ALLOC(ctx, count, &g->kept));
     if (g->floor_first < g->count)
         SC_PASS(allocate(ctx, g, light, g->count - g->floor_first, sizeof *g->floor, &g->floor));
     for (int k = 0; k < SC_GATHER_FIELDS; k++) {
@@ -242,10 +240,9 @@ static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_sce
     const sc_march_light *light = &r->march.light;
     const bool convex = is_convex(scene);
     const bool again = g->is_known && same_tissues(g, SHOWN) && convex == g->is_convex &&
-                       (convex || same_cuts(scene, &g->scene)) &&
+                       (convex || same_planes(scene, &g->scene)) &&
                        (light->lamp > 0) == (g->lamp_strength > 0);
-    const bool traced =
-        again && same_tissues(g, OPACITIES) && (convex || same_planes(scene, &g->scene));
+    const bool traced = again && same_tissues(g, OPACITIES);
     const bool summed = traced && same_tissues(g, COLORS) && same_planes(scene, &g->scene) &&
                         light->sky == g->sky_strength && light->lamp == g->lamp_strength;
     /* The floor may lie beyond the planes. */
@@ -333,7 +330,6 @@ void sc_gather_free(sc_gather *g)
     sc_free(g->directions);
     sc_free(g->absent);
     sc_free(g->absent_before);
-    sc_free(g->kept);
     sc_free(g->cuts);
     sc_free(g->tissues);
     sc_free(g);

@@ -78,18 +78,12 @@ typedef struct sc_gather {
     uint8_t *distances;    /* the same */
     bool *absent;        /* [SC_GATHER_RAYS][label_count]: what rays of a direction pass through */
     bool *absent_before; /* that of the hits */
-    uint32_t *cuts;      /* [label_count] as of sc_gather_march */
+    uint32_t *cuts;      /* [label_count] which planes cut a tissue, as bits */
     sc_gather_march march; /* borrows them */
     sc_gather_fn *follow;
-    const bool *absent_now;    /* [label_count] of the present direction; borrowed */
-    size_t first;              /* place from which on rays are traced now */
-    int direction;             /* which is traced now */
-    bool stay;                 /* hits of the direction are those of the last scene, which may
-                                  stay: sc_gather_hit_stays */
-    const sc_scene *scene_now; /* borrowed while rays are traced */
-    bool cuts_more;            /* its planes have taken no less than those of the last one */
-    float planes_before[SC_PLANES_MAX][4]; /* of the last scene, as of sc_gather_march */
-    uint8_t *kept;                         /* [count] of sc_gather_compare_planes */
+    const bool *absent_now;        /* [label_count] of the present direction; borrowed */
+    size_t first;                  /* place from which on rays are traced now */
+    int direction;                 /* which is traced now */
     int32_t *hits[SC_GATHER_RAYS]; /* [count] the place that the ray of each meets, FREE or LOST */
     /* light, linear */
     float (*sky)[3];       /* [count] straight from the sky and the lamp */
@@ -145,18 +139,12 @@ bool sc_gather_ends(const sc_gather *g);
 /* Call @p body for all of [0, count): together, or by the threads of this rank alone. */
 void sc_gather_for(sc_gather *g, size_t count, size_t chunk, sc_range_fn *body);
 /* Follow the rays of all places through what @p scene shows: sets g->hits. @param again the hits
- * are those of g->scene, which shows the same tissues, by planes as many that cut the same ones:
- * rays that must meet the same now are not followed anew. @param first number of the place from
- * which on rays are followed. @param ctx its stage counts the rays of a place; NULL: there is none.
- */
+ * are those of g->scene, which shows the same tissues, cut in the same way: of directions in which
+ * as many tissues let rays pass as then no ray is followed anew. @param first number of the place
+ * from which on rays are followed. @param ctx its stage counts the rays of a place; NULL: there is
+ * none. */
 void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, bool again,
                      size_t first);
-/* Find which places the planes of g->march, and g->planes_before, keep. @return whether any has
- * moved, without which nothing is found. */
-bool sc_gather_compare_planes(sc_gather *g);
-/* @return whether ray number @p i of place @p at meets what it met for g->scene; of not all that do
- * is that known. Needs sc_gather_compare_planes. */
-bool sc_gather_hit_stays(const sc_gather *g, const sc_scene *scene, size_t at, int i);
 /* @return how many rays each place has: none goes to a lamp that is out. */
 static inline int sc_gather_rays(const sc_gather *g)
 {

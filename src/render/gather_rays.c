@@ -81,23 +81,65 @@ static void fill_parts(void *user, size_t begin, size_t end, int thread)
     }
 }
 
+/* @return the vertices of the brick whose lowest one is @p low that a plane keeps. */
+static uint64_t kept_by(const float e[4], const int low[3])
+{
+    const float middle = e[0] * ((float)low[0] + 1.5f) + e[1] * ((float)low[1] + 1.5f) +
+                         e[2] * ((float)low[2] + 1.5f) + e[3];
+    const float reach = 2 * (fabsf(e[0]) + fabsf(e[1]) + fabsf(e[2]));
+    uint64_t mask = 0;
+
+    if (fabsf(middle) > reach)
+        return middle > 0 ? ~0ull : 0;
+    for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
+        const float at[3] = {(float)(low[0] + sc_bit_x(bit)), (float)(low[1] + sc_bit_y(bit)),
+                             (float)(low[2] + sc_bit_z(bit))};
+
+        mask |= (uint64_t)(sc_dot(e, at) + e[3] >= 0) << bit;
+    }
+    return mask;
+}
+
+/* @return the vertices of a tissue with which its planes leave it, as sc_march tells. @param keeps
+ * [plane_count] those that each plane keeps. */
+static uint64_t left_of(const sc_gather *g, uint16_t label, const uint64_t *keeps)
+{
+    const sc_march *m = &g->renderer->march;
+    uint64_t left = m->cut_away ? 0 : ~0ull;
+
+    for (int i = 0; i < m->plane_count; i++) {
+        const uint64_t kept = g->cuts[label] >> i & 1 ? keeps[i] : ~0ull;
+
+        left = m->cut_away ? left | kept : left & kept;
+    }
+    return left;
+}
+
 /* Set the masks of bricks [begin, end) to what is met now, and where one is empty let rays step
  * across it: an sc_range_fn on a gather. */
 static void mark_occupied(void *user, size_t begin, size_t end, int thread)
 {
     const sc_gather *g = user;
     const int *bricks = g->renderer->volume->bricks;
+    const int planes = g->is_convex ? 0 : g->renderer->march.plane_count;
 
     for (size_t brick = begin; brick < end; brick++) {
         const uint32_t first = g->first_part[brick], last = g->first_part[brick + 1];
-        uint64_t mask = 0;
-        int at[3];
+        uint64_t mask = 0, keeps[SC_PLANES_MAX];
+        int at[3], low[3];
         size_t framed;
 
         if (first == last)
             continue; /* it stays empty */
-        for (uint32_t i = first; i < last; i++)
-            mask |= g->absent_now[g->parts[i].label] ? 0 : g->parts[i].mask;
+        sc_brick_low(bricks, brick, low);
+        for (int i = 0; i < planes; i++)
+            keeps[i] = kept_by(g->renderer->march.plane_equations[i], low);
+        for (uint32_t i = first; i < last; i++) {
+            const uint16_t label = g->parts[i].label;
+
+            if (!g->absent_now[label])
+                mask |= g->parts[i].mask & (planes ? left_of(g, label, keeps) : ~0ull);
+        }
         sc_brick_at(bricks, brick, at);
         framed = (size_t)sc_framed_index(sc_framed_row(bricks), sc_framed_layer(bricks), at[0],
                                          at[1], at[2]);
@@ -215,8 +257,6 @@ static void trace(void *user, size_t begin, size_t end, int thread)
             g->hits[g->direction][at] = SC_GATHER_FREE;
             continue;
         }
-        if (g->stay && sc_gather_hit_stays(g, g->scene_now, at, g->direction))
-            continue;
         v.from[v.count] = (uint32_t)at;
         sc_gather_direction(g, p, g->direction, v.directions[v.count]);
         make_ray(g, p, v.directions[v.count], &v.rays[v.count]);
@@ -246,21 +286,6 @@ static void set_absent(sc_gather *g)
             absent[id] = !r->tissues[id].show || point[0] >= r->tissues[id].boundary_alpha;
         }
     }
-}
-
-/* Set which planes cut which tissue. */
-static void set_planes(sc_gather *g, const sc_scene *scene)
-{
-    const sc_renderer *r = g->renderer;
-    const sc_march *m = &r->march;
-
-    memcpy(g->planes_before, g->march.plane_equations, sizeof g->planes_before);
-    g->march.plane_count = g->is_convex ? 0 : m->plane_count;
-    g->march.cut_away = m->cut_away;
-    g->march.cuts = g->cuts;
-    memcpy(g->march.plane_equations, m->plane_equations, sizeof m->plane_equations);
-    for (int id = 0; id < r->volume->label_count; id++)
-        g->cuts[id] = scene->clip_sets[r->tissues[id].clip_set];
 }
 
 /* Mark what may be shown in bricks [begin, end): an sc_range_fn on a gather. */
@@ -314,19 +339,16 @@ void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, boo
     const sc_renderer *r = g->renderer;
     const size_t labels = (size_t)r->volume->label_count;
     const bool *marked = NULL; /* what is met now */
-    bool moved;
 
     g->first = first;
     set_absent(g);
-    set_planes(g, scene);
-    g->scene_now = scene;
-    moved = again && sc_gather_compare_planes(g);
+    for (size_t id = 0; id < labels; id++)
+        g->cuts[id] = scene->clip_sets[r->tissues[id].clip_set];
     for (g->direction = 0; g->direction < sc_gather_rays(g) && !sc_gather_ends(g); g->direction++) {
         const size_t row = (size_t)g->direction * labels;
         const bool *absent = g->absent + row;
 
-        g->stay = again && !memcmp(absent, g->absent_before + row, labels);
-        if (!g->stay || moved) {
+        if (!again || memcmp(absent, g->absent_before + row, labels) != 0) {
             if (!marked || memcmp(absent, marked, labels) != 0) {
                 g->absent_now = absent;
                 sc_gather_for(g, sc_brick_count(r->volume->bricks), 4096, mark_occupied);
