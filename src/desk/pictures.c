@@ -85,15 +85,21 @@ void sc_desk_sketch(sc_desk *desk, sc_call *call)
     answer_picture(desk, call, draw_sketch(desk, &image), &image, NULL, MOVES);
 }
 
-/* @return whether a picture is drawn in plain light. While volumes are prepared it stays so, as
- * light of what there is now would be gathered in vain. */
+/* @return whether volumes are being replaced: light gathered for the present ones would be wasted.
+ */
+static bool is_outdated(const sc_desk *desk)
+{
+    return !desk->fits && !desk->preparing_failed;
+}
+
+/* @return whether a picture is drawn in plain light: at first, and as long as that is so. */
 static bool is_plain(const sc_desk *desk, const sc_call *call)
 {
     const json_t *plain = json_object_get(call->body, "plain");
     const bool is_seen = json_is_integer(plain) && json_integer_value(plain) == desk->revision;
 
     return !desk->is_lit && !strcmp(call->verb, "picture") && !desk->now->compare &&
-           (!is_seen || (!desk->fits && !desk->preparing_failed));
+           (!is_seen || is_outdated(desk));
 }
 
 bool sc_desk_refine(sc_desk *desk, sc_call *call)
@@ -117,7 +123,7 @@ bool sc_desk_refine(sc_desk *desk, sc_call *call)
     if (gives_up)
         return false;
     desk->is_lit = desk->is_lit || (!plain && status == SC_OK);
-    answer_picture(desk, call, status, &image, NULL, plain && desk->fits ? MORE : STAYS);
+    answer_picture(desk, call, status, &image, NULL, plain && !is_outdated(desk) ? MORE : STAYS);
     return true;
 }
 
