@@ -133,7 +133,7 @@ SC_MUST_USE sc_status sc_annotations_letter(const sc_ctx *ctx, const sc_annotati
                                             sc_lettering **out);
 /** Read the logo, which there is, and scale it to its size in the picture; it is not enlarged.
  * @param annotations all but logo and lettering. @param out with alpha. @return as
- *  sc_image_load_png_alpha. Caller owns: sc_image_clear. */
+ *  sc_image_load_png. Caller owns: sc_image_clear. */
 SC_MUST_USE sc_status sc_annotations_logo(const sc_ctx *ctx, const sc_annotations *annotations,
                                           sc_image *out);
 /** @return whether the film has names beside its tissues. */

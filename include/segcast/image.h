@@ -52,12 +52,10 @@ SC_MUST_USE sc_status sc_image_compress_jpeg(const sc_ctx *ctx, const sc_image *
  *  @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image, const char *path,
                                         bool replace);
-/** Read a PNG file of any kind as 8-bit RGB; where it is transparent, black shines through.
+/** Read a PNG file of any kind as 8-bit RGB; one that has alpha gives a picture with alpha.
  *  @return SC_ERR_MISSING if it cannot be opened,
  *  SC_ERR_DATA if it is damaged, SC_ERR_MEMORY. Caller owns: sc_image_clear. */
 SC_MUST_USE sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out);
-/** As sc_image_load_png, but a file that has alpha is read as a picture with alpha. */
-SC_MUST_USE sc_status sc_image_load_png_alpha(const sc_ctx *ctx, const char *path, sc_image *out);
 
 /** A picture whose pixels are numbers, as they stand in the file: grey levels, or the places of a
  * palette. */

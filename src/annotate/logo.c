@@ -57,7 +57,7 @@ sc_status sc_annotations_logo(const sc_ctx *ctx, const sc_annotations *annotatio
     SC_OWN(sc_image_clear) sc_image whole = {0}, small = {0};
     double scale;
 
-    SC_PASS(sc_image_load_png_alpha(ctx, o->logo, &whole));
+    SC_PASS(sc_image_load_png(ctx, o->logo, &whole));
     SC_PASS(add_alpha(ctx, &whole));
     scale = fmin(o->logo_percent / 100 * annotations->within.height_px / whole.height_px,
                  WIDEST * annotations->within.width_px / whole.width_px);

@@ -117,7 +117,7 @@ static sc_status check_logo(const sc_app *app, const sc_job *job)
     sc_status status = SC_OK;
 
     if (job->overlays.logo[0] && !job->shot_count)
-        status = sc_image_load_png_alpha(app->ctx, job->overlays.logo, &logo);
+        status = sc_image_load_png(app->ctx, job->overlays.logo, &logo);
     return status;
 }
 

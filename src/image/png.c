@@ -134,14 +134,12 @@ static bool chunks_fit(FILE *stream)
     return fit;
 }
 
-/* Read a PNG file. @param keeps_alpha one that has alpha gives a picture with alpha; otherwise it
- * lies on black. */
-static sc_status load(const sc_ctx *ctx, const char *path, bool keeps_alpha, sc_image *out)
+sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out)
 {
-    static const png_color black = {0, 0, 0};
     SC_OWN(png_image_free) png_image png = {.version = PNG_IMAGE_VERSION};
     SC_OWN(sc_image_clear) sc_image image = {0};
     SC_OWN(sc_fclose_at) FILE *stream = fopen(path, "rb");
+    bool alpha;
 
     if (!stream)
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
@@ -153,24 +151,14 @@ static sc_status load(const sc_ctx *ctx, const char *path, bool keeps_alpha, sc_
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: says that it holds %u x %u pixels, but is too short for that", path,
                        (unsigned)png.width, (unsigned)png.height);
-    keeps_alpha = keeps_alpha && (png.format & PNG_FORMAT_FLAG_ALPHA);
-    png.format = keeps_alpha ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
-    SC_PASS(sc_image_init_alpha(ctx, (int)png.width, (int)png.height, keeps_alpha, &image));
-    if (!png_image_finish_read(&png, &black, image.rgb, 0, NULL))
+    alpha = png.format & PNG_FORMAT_FLAG_ALPHA;
+    png.format = alpha ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
+    SC_PASS(sc_image_init_alpha(ctx, (int)png.width, (int)png.height, alpha, &image));
+    if (!png_image_finish_read(&png, NULL, image.rgb, 0, NULL))
         return sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, png.message);
     *out = image;
     image.rgb = NULL;
     return SC_OK;
-}
-
-sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out)
-{
-    return load(ctx, path, false, out);
-}
-
-sc_status sc_image_load_png_alpha(const sc_ctx *ctx, const char *path, sc_image *out)
-{
-    return load(ctx, path, true, out);
 }
 
 /* ---- numbers ---- */

@@ -229,7 +229,7 @@ static void read_png_files(gallery *g, const char *directory)
         sc_status status;
 
         snprintf(path, sizeof path, "%s/frames/%06d.png", directory, g->wanted[i]);
-        status = sc_image_load_png_alpha(&looking, path, &image);
+        status = sc_image_load_png(&looking, path, &image);
         if (status == SC_OK)
             (void)keep_frame(g, g->wanted[i], 0, &image); /* its error is in g->status */
         else if (!sc_is_of_input(status))

@@ -77,7 +77,7 @@ static bool is_picture(const char *path)
 {
     const sc_ctx silent = {.rank = 0};
     SC_OWN(sc_image_clear) sc_image image = {0};
-    const sc_status status = sc_image_load_png_alpha(&silent, path, &image);
+    const sc_status status = sc_image_load_png(&silent, path, &image);
 
     return status == SC_OK;
 }

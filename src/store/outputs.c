@@ -113,7 +113,7 @@ static sc_status verify_png(const sc_ctx *ctx, const char *path, sc_done_frame *
     SC_PASS(sc_store_hash_file(ctx, path, &bytes, &hash));
     if (done->png_bytes && (bytes != done->png_bytes || hash != done->png_hash))
         return SC_ERR_DATA;
-    SC_PASS(sc_image_load_png_alpha(ctx, path, &image));
+    SC_PASS(sc_image_load_png(ctx, path, &image));
     if (sc_image_hash(&image) != done->hash)
         return SC_ERR_DATA;
     done->png_bytes = bytes;

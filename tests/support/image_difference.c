@@ -46,8 +46,7 @@ static int compare(int argc, char **argv, bool multiply)
     image_difference d;
     int result = 2;
 
-    if (argc < 3 || sc_image_load_png_alpha(&ctx, argv[1], &a) ||
-        sc_image_load_png_alpha(&ctx, argv[2], &b))
+    if (argc < 3 || sc_image_load_png(&ctx, argv[1], &a) || sc_image_load_png(&ctx, argv[2], &b))
         goto out;
     if (argc > 6 && !crop(&a, &b, atoi(argv[5]), atoi(argv[6]))) {
         printf("there is no such part in %d x %d pixels\n", a.width_px, a.height_px);

@@ -3,9 +3,6 @@
 #include "check.h"
 #include "compare_images.h"
 
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 #include <math.h>
 #include <unistd.h>
 
@@ -58,7 +55,7 @@ TEST(a_png_file_keeps_alpha)
     for (size_t i = 0; i < sc_image_bytes(&image); i++)
         image.rgb[i] = (uint8_t)(random_bits(&seed) >> 56);
     assert_ok(sc_image_save_png(&quiet, &image, "clear.png", true));
-    assert_ok(sc_image_load_png_alpha(&quiet, "clear.png", &back));
+    assert_ok(sc_image_load_png(&quiet, "clear.png", &back));
     assert_true(compare_images(&image, &back, &d));
     assert_int_equal(d.differing_px, 0);
     assert_int_equal(sc_image_hash(&back), sc_image_hash(&image));
@@ -68,14 +65,11 @@ TEST(a_png_file_keeps_alpha)
     assert_true(compare_images(&image, &back, &d));
     assert_int_equal(d.differing_px, 1);
 
-    assert_ok(sc_image_load_png(&quiet, "clear.png", &opaque));
-    assert_false(opaque.alpha);
-    assert_false(compare_images(&opaque, &back, &d));
-    sc_image_clear(&opaque);
     opaque = noise(37, 23, 5);
+    assert_false(compare_images(&opaque, &back, &d));
     assert_ok(sc_image_save_png(&quiet, &opaque, "clear.png", true));
     sc_image_clear(&back);
-    assert_ok(sc_image_load_png_alpha(&quiet, "clear.png", &back));
+    assert_ok(sc_image_load_png(&quiet, "clear.png", &back));
     assert_false(back.alpha);
     unlink("clear.png");
     sc_image_clear(&image);
@@ -112,36 +106,6 @@ TEST(every_srgb_level_converts_to_linear_light_and_back)
     for (int i = 1; i < 100000; i++) /* brighter light never gives a lower level */
         assert_true(sc_srgb_level(&table, (float)i / 100000) >=
                     sc_srgb_level(&table, (float)(i - 1) / 100000));
-}
-
-/* Let malloc fill fresh memory with the complement of @p byte (0: not at all). */
-static void fill_fresh_memory(int byte)
-{
-#ifdef __GLIBC__
-    mallopt(M_PERTURB, byte);
-#else
-#endif
-}
-
-/* What is transparent lies on black, whatever the memory held before. */
-TEST(a_transparent_png_is_read_on_black)
-{
-    static const unsigned char png[] = {
-        0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48, 0x44,
-        0x52, 0x00, 0x00, 0x00, 0x02, 0x00, 0x00, 0x00, 0x01, 0x08, 0x06, 0x00, 0x00, 0x00, 0xf4,
-        0x22, 0x7f, 0x8a, 0x00, 0x00, 0x00, 0x11, 0x49, 0x44, 0x41, 0x54, 0x78, 0x9c, 0x63, 0xf8,
-        0xff, 0xff, 0x3f, 0xc3, 0x89, 0x14, 0xa3, 0xff, 0x00, 0x1a, 0xa3, 0x05, 0x5b, 0x01, 0xd7,
-        0x06, 0x2d, 0x00, 0x00, 0x00, 0x00, 0x49, 0x45, 0x4e, 0x44, 0xae, 0x42, 0x60, 0x82};
-    static const uint8_t expected[] = {0, 0, 0, 200, 100, 50};
-    SC_OWN(sc_image_clear) sc_image image = {0};
-
-    assert_ok(sc_file_write(&quiet, "alpha.png", png, sizeof png));
-    fill_fresh_memory(85);
-    assert_ok(sc_image_load_png(&quiet, "alpha.png", &image));
-    fill_fresh_memory(0);
-    assert_int_equal(image.width_px, 2);
-    assert_memory_equal(image.rgb, expected, sizeof expected);
-    unlink("alpha.png");
 }
 
 /* A header that says more than the file can hold is refused before the pixels are allocated. */
