@@ -54,8 +54,8 @@ expect 71 'the 4 phases take about .*, more than the memory of [0-9]+ KiB' mpi 2
 peak() { jq '.memory.peak_rss_bytes | max' "$1/stats.json"; }
 "$SEGCAST" convert phantom:88x62x91 --beating 12 -o many.nrrd -q >/dev/null
 sed 's/beat-/many-/' job.yaml >many.yaml
-"$SEGCAST" render many.yaml -o many -q --set output.fps=36 --set animation.frames=24 >/dev/null
-"$SEGCAST" render many.yaml -o few -q --set output.fps=36 --set animation.frames=24 --set cine.phases=0-11:4 >/dev/null
+"$SEGCAST" render many.yaml -o many -q --set output.fps=18 --set animation.frames=12 >/dev/null
+"$SEGCAST" render many.yaml -o few -q --set output.fps=18 --set animation.frames=12 --set cine.phases=0-11:4 >/dev/null
 case $BUILD in
 */asan) ;; # AddressSanitizer keeps memory that was given back
 *) [ "$(peak many)" -lt "$(($(peak few) * 5 / 4))" ] || fail "12 phases take $(peak many) bytes, 3 take $(peak few)" ;;

@@ -44,7 +44,7 @@ fi
 
 # A longer job is not drawn whole: a few neighbours at a few places stand for all.
 small_job long.yaml
-sed -i 's/video: none/video: film.mp4, directory: long/; s/directory: out, //; s/frames: 7/frames: 500/' long.yaml
+sed -i 's/video: none/video: film.mp4, directory: long/; s/directory: out, //; s/frames: 7/frames: 250/' long.yaml
 "$SEGCAST" plan long.yaml -q --json >plan.json
 "$SEGCAST" render long.yaml -q >/dev/null
 near 'bytes of a long video' "$(said disk.video_bytes)" "$(bytes_of long/film.mp4)" 40

@@ -33,7 +33,7 @@ done
 
 # Errors are given in voxels within a slice, or in voxels before they were copied up: an error of about
 # 0.28 voxels is that of the voxels themselves.
-measure --surface voxel torus-12-copied
+measure --surface voxel --rays 100000 torus-12-copied
 check '.position_rms_voxels > 0.25 and .position_rms_voxels < 0.31' 'copied up: not in coarse voxels'
 
 # Whatever the strength of the smoothing, no ray gets through a skin one voxel thick, and nearly all that meet the

@@ -209,14 +209,13 @@ TEST_BY_EACH_METHOD(the_floor_of_a_well_sees_a_cone_of_the_sky)
 TEST_BY_EACH_METHOD(the_lamp_at_the_eye_lights_crevices)
 {
     sc_scene scene;
-    small_scene s = sky_scene(well, true, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(well, true, &scene);
     SC_OWN(sc_image_clear) sc_image without = draw_cross(&s, &scene, 0), with = {0};
 
     s.settings.light.head = 0.4;
     with = draw_cross(&s, &scene, 0);
     assert_near(light_at(&with, MIDDLE, MIDDLE, 0) - light_at(&without, MIDDLE, MIDDLE, 0), 0.4,
                 0.02);
-    free_scene(&s);
 }
 
 /* A floor beside a wall of another tissue. */
@@ -264,7 +263,7 @@ static int screen(double x, double y, double z)
 TEST_BY_EACH_METHOD(the_lamp_casts_shadows)
 {
     sc_scene scene;
-    small_scene s = sky_scene(screen, true, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(screen, true, &scene);
     SC_OWN(sc_image_clear) sc_image image = {0};
     const double upward = 0.707, square = 0.3 * 0.3; /* of the lamp's middle; of its radius */
 
@@ -274,14 +273,13 @@ TEST_BY_EACH_METHOD(the_lamp_casts_shadows)
     image = draw_cross(&s, &scene, 0);
     assert_true(light_at(&image, 58, MIDDLE, 0) < 0.02);
     assert_true(fabs(light_at(&image, 14, MIDDLE, 0) / (upward * (1 - square / 4)) - 1) < 0.03);
-    free_scene(&s);
 }
 
 /* A highlight of the lamp ends where its light does. */
 TEST(no_highlight_is_in_the_shadow_of_the_lamp)
 {
     sc_scene scene;
-    small_scene s = sky_scene(screen, true, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(screen, true, &scene);
     double lit[2], dark[2];
 
     s.settings.light.ambient = 0.3;
@@ -295,7 +293,6 @@ TEST(no_highlight_is_in_the_shadow_of_the_lamp)
         s.tissues[1].material.specular = 0.2;
     }
     assert_true(fabs(dark[1] - dark[0]) < 0.01 && lit[1] > lit[0] + 0.1);
-    free_scene(&s);
 }
 
 /* A cut face from which all of the lamp is seen gets the mean of the light of its points. */
@@ -415,6 +412,16 @@ TEST(light_does_not_depend_on_what_was_drawn_before)
     assert_true(memcmp(first.rgb, opened.rgb, (size_t)SIDE * SIDE * 3) != 0);
 }
 
+/* Few pixels differ by more than 6 levels. */
+static void assert_alike(const sc_image *a, const sc_image *b)
+{
+    int differ = 0;
+
+    for (int i = 0; i < SIDE * SIDE * 3; i++)
+        differ += abs(a->rgb[i] - b->rgb[i]) > 6;
+    assert_true(differ < SIDE * SIDE * 3 / 200);
+}
+
 /* Planes that cut all alike need no new rays. They give the light of rays that are followed to the
  * planes: the same two, as a wedge, are not known to keep what is convex. */
 TEST(a_cut_gives_the_light_of_rays_that_see_it)
@@ -422,7 +429,6 @@ TEST(a_cut_gives_the_light_of_rays_that_see_it)
     sc_scene scene;
     SC_OWN(free_scene) small_scene s = sky_scene(well, true, &scene);
     SC_OWN(sc_image_clear) sc_image kept = {0}, traced = {0};
-    int differ = 0;
 
     scene.planes[0] = scene.planes[1] = (sc_plane){{0, 1, 0}, 0.3 - MIDDLE};
     scene.plane_count = 1;
@@ -432,9 +438,7 @@ TEST(a_cut_gives_the_light_of_rays_that_see_it)
     scene.cuts = scene.clip_sets[0] = 3;
     scene.clip_mode = SC_CLIP_CUT;
     traced = draw_view(&s, &scene, NULL);
-    for (int i = 0; i < SIDE * SIDE * 3; i++)
-        differ += abs(kept.rgb[i] - traced.rgb[i]) > 6;
-    assert_true(differ < SIDE * SIDE * 3 / 200);
+    assert_alike(&kept, &traced);
 }
 
 /* Light on the floor past a plane, which cuts away what is nearest to it, is that of rays that are
@@ -446,7 +450,6 @@ TEST(a_cut_throws_no_shadow_on_the_floor)
     SC_OWN(free_scene) small_scene s = sky_scene(ball, true, &scene);
     SC_OWN(sc_image_clear) sc_image whole = {0}, kept = {0}, again = {0}, traced = {0};
     sc_renderer *r;
-    int differ = 0;
 
     s.settings.floor = true;
     s.settings.light.key = 0.7;
@@ -467,9 +470,7 @@ TEST(a_cut_throws_no_shadow_on_the_floor)
     cut.cuts = cut.clip_sets[0] = 3;
     cut.clip_mode = SC_CLIP_CUT;
     traced = draw_view(&s, &cut, NULL);
-    for (int i = 0; i < SIDE * SIDE * 3; i++)
-        differ += abs(kept.rgb[i] - traced.rgb[i]) > 6;
-    assert_true(differ < SIDE * SIDE * 3 / 200);
+    assert_alike(&kept, &traced);
 }
 
 /* A ball in a veil of another tissue. */
@@ -610,7 +611,7 @@ TEST(no_surface_gives_back_more_than_comes)
 TEST(all_kernels_follow_the_same_paths)
 {
     sc_scene scene;
-    small_scene s = sky_scene(corner, false, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(corner, false, &scene);
     SC_OWN(sc_image_clear) sc_image image = {0};
 
     s.settings.light.method = SC_LIGHT_PATH;
@@ -625,7 +626,6 @@ TEST(all_kernels_follow_the_same_paths)
     scene.camera = sc_camera_look((sc_vec3){150, 200, 120}, (sc_vec3){MIDDLE, MIDDLE, 30},
                                   (sc_vec3){0, 0, 1}, SC_PERSPECTIVE, 0.3);
     image = draw_by_all_kernels(&s, &scene);
-    free_scene(&s);
 }
 
 /* A bar over a floor. */
@@ -757,7 +757,7 @@ static bool is_smooth(sc_renderer *r, const sc_scene *scene, int x, int y)
 TEST(white_in_a_white_room_is_not_seen)
 {
     sc_scene scene;
-    small_scene s = sky_scene(balls, false, &scene);
+    SC_OWN(free_scene) small_scene s = sky_scene(balls, false, &scene);
     SC_OWN(sc_image_clear) sc_image image = {0};
     double sum = 0;
     sc_renderer *r;
@@ -785,7 +785,6 @@ TEST(white_in_a_white_room_is_not_seen)
     }
     assert_near(sum / count, 1, 0.004);
     sc_renderer_free(r);
-    free_scene(&s);
 }
 
 /* Gathered light is that which paths bring to the smooth surface itself, but for the noise of
