@@ -24,17 +24,7 @@ pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash>=0.8.0)
 # FFmpeg 4.4
 pkg_check_modules(LIBAV REQUIRED IMPORTED_TARGET libavformat>=58.76 libavcodec>=58.134 libavutil>=56.70
   libswscale>=5.9)
-
-# Optional: palettes for GIF. SC_HAVE_AVFILTER tells the code.
-pkg_check_modules(LIBAVFILTER IMPORTED_TARGET libavfilter>=7.110)
-add_library(Libavfilter::libavfilter INTERFACE IMPORTED)
-if(LIBAVFILTER_FOUND)
-  target_link_libraries(Libavfilter::libavfilter INTERFACE PkgConfig::LIBAVFILTER)
-  target_compile_definitions(Libavfilter::libavfilter INTERFACE SC_HAVE_AVFILTER=1)
-else()
-  message(WARNING "libavfilter is not here (Debian: libavfilter-dev): films will not be written as GIF")
-  target_compile_definitions(Libavfilter::libavfilter INTERFACE SC_HAVE_AVFILTER=0)
-endif()
+pkg_check_modules(LIBAVFILTER REQUIRED IMPORTED_TARGET libavfilter>=7.110)
 
 # Optional: label tables in XML. SC_HAVE_EXPAT tells the code.
 find_package(EXPAT 2.2)

@@ -167,8 +167,7 @@ sc_status sc_video_check_encoder(const sc_ctx *ctx, const char *path, sc_codec c
                    "%s: this libavcodec has no encoder %s for %s%s; it has what these need: %s; or "
                    "choose video: none with frames: png",
                    path, container->encoder, container->name,
-                   container->choice == SC_CODEC_GIF ? ", or segcast was built without libavfilter"
-                                                     : "",
+                   container->choice == SC_CODEC_GIF ? ", or libavfilter is not here" : "",
                    kinds[0] ? kinds : "none");
 }
 

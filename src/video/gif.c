@@ -41,11 +41,10 @@ sc_status sc_gif_describe(const sc_ctx *ctx, const char *path, FILE *stream,
                : sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));
 }
 
-#if SC_HAVE_AVFILTER
-
 bool sc_gif_is_possible(void)
 {
-    return sc_av->avfilter_get_by_name("palettegen") && sc_av->avfilter_get_by_name("paletteuse") &&
+    return sc_libavfilter_is_here() && sc_filters->avfilter_get_by_name("palettegen") &&
+           sc_filters->avfilter_get_by_name("paletteuse") &&
            sc_av->avcodec_find_encoder(AV_CODEC_ID_GIF) &&
            sc_av->avcodec_find_decoder(AV_CODEC_ID_FFV1);
 }
@@ -88,6 +87,8 @@ sc_status sc_gif_open(const sc_ctx *ctx, const char *path, sc_gif **out)
 {
     SC_OWN(sc_gif_close_at) sc_gif *g = NULL;
 
+    if (!sc_gif_is_possible())
+        return sc_fail(ctx, SC_ERR_CREATE, "%s: libavfilter cannot be loaded", path);
     SC_PASS(SC_ZALLOC(ctx, 1, &g));
     g->ctx = ctx;
     g->path = path;
@@ -105,8 +106,8 @@ sc_status sc_gif_open(const sc_ctx *ctx, const char *path, sc_gif **out)
 static int add_end(graph *to, const char *kind, const char *name, const char *arguments,
                    AVFilterContext **out)
 {
-    return sc_av->avfilter_graph_create_filter(out, sc_av->avfilter_get_by_name(kind), name,
-                                               arguments, NULL, to->graph);
+    return sc_filters->avfilter_graph_create_filter(out, sc_filters->avfilter_get_by_name(kind),
+                                                    name, arguments, NULL, to->graph);
 }
 
 /* Make a graph of the filter @p name. @param second it has a second input, a palette. */
@@ -122,20 +123,20 @@ static sc_status open_graph(const sc_gif *g, const char *name, const char *argum
              height_px, AV_PIX_FMT_RGB32, tick.num, tick.den);
     snprintf(palette, sizeof palette, "width=16:height=16:pix_fmt=%d:time_base=%d/%d",
              AV_PIX_FMT_RGB32, tick.num, tick.den);
-    out->graph = sc_av->avfilter_graph_alloc();
+    out->graph = sc_filters->avfilter_graph_alloc();
     if (!out->graph)
         return no_memory(g);
     out->graph->nb_threads = 1;
     error = add_end(out, name, "filter", arguments, &filter);
     error = error < 0 ? error : add_end(out, "buffer", "frames", frames, &out->sources[0]);
-    error = error < 0 ? error : sc_av->avfilter_link(out->sources[0], 0, filter, 0);
+    error = error < 0 ? error : sc_filters->avfilter_link(out->sources[0], 0, filter, 0);
     if (second) {
         error = error < 0 ? error : add_end(out, "buffer", "palette", palette, &out->sources[1]);
-        error = error < 0 ? error : sc_av->avfilter_link(out->sources[1], 0, filter, 1);
+        error = error < 0 ? error : sc_filters->avfilter_link(out->sources[1], 0, filter, 1);
     }
     error = error < 0 ? error : add_end(out, "buffersink", "sink", NULL, &out->sink);
-    error = error < 0 ? error : sc_av->avfilter_link(filter, 0, out->sink, 0);
-    error = error < 0 ? error : sc_av->avfilter_graph_config(out->graph, NULL);
+    error = error < 0 ? error : sc_filters->avfilter_link(filter, 0, out->sink, 0);
+    error = error < 0 ? error : sc_filters->avfilter_graph_config(out->graph, NULL);
     return error < 0 ? fail_av(g, "the filter of the palette cannot be made", error) : SC_OK;
 }
 
@@ -190,8 +191,8 @@ sc_status sc_gif_add(sc_gif *g, const sc_segment_codec *codec, const void *data,
     memcpy(g->packet->data, data, bytes);
     SC_PASS(decode(g, g->frames++));
     /* Pushed, or all frames would wait in the graph. */
-    error = sc_av->av_buffersrc_add_frame_flags(g->palette.sources[0], g->frame,
-                                                AV_BUFFERSRC_FLAG_PUSH);
+    error = sc_filters->av_buffersrc_add_frame_flags(g->palette.sources[0], g->frame,
+                                                     AV_BUFFERSRC_FLAG_PUSH);
     if (error < 0)
         return fail_av(g, "the colours of a frame cannot be counted", error);
     return SC_OK;
@@ -202,16 +203,16 @@ sc_status sc_gif_add(sc_gif *g, const sc_segment_codec *codec, const void *data,
 /* Make the palette, and the filter that uses it. */
 static sc_status make_palette(sc_gif *g)
 {
-    int error = sc_av->av_buffersrc_add_frame(g->palette.sources[0], NULL);
+    int error = sc_filters->av_buffersrc_add_frame(g->palette.sources[0], NULL);
 
-    error = error < 0 ? error : sc_av->av_buffersink_get_frame(g->palette.sink, g->frame);
+    error = error < 0 ? error : sc_filters->av_buffersink_get_frame(g->palette.sink, g->frame);
     if (error < 0)
         return fail_av(g, "the palette cannot be made", error);
-    sc_av->avfilter_graph_free(&g->palette.graph);
+    sc_filters->avfilter_graph_free(&g->palette.graph);
     SC_PASS(open_graph(g, "paletteuse", "dither=bayer:bayer_scale=3", true, &g->colors));
     g->frame->pts = 0;
-    error = sc_av->av_buffersrc_add_frame(g->colors.sources[1], g->frame);
-    error = error < 0 ? error : sc_av->av_buffersrc_add_frame(g->colors.sources[1], NULL);
+    error = sc_filters->av_buffersrc_add_frame(g->colors.sources[1], g->frame);
+    error = error < 0 ? error : sc_filters->av_buffersrc_add_frame(g->colors.sources[1], NULL);
     if (error < 0)
         return fail_av(g, "the palette cannot be used", error);
     return SC_OK;
@@ -271,7 +272,7 @@ static sc_status encode_ready(sc_gif *g, AVFormatContext *format)
     sc_status status = SC_OK;
 
     while (status == SC_OK &&
-           (error = sc_av->av_buffersink_get_frame(g->colors.sink, g->frame)) >= 0) {
+           (error = sc_filters->av_buffersink_get_frame(g->colors.sink, g->frame)) >= 0) {
         status = encode(g, format, g->frame);
         sc_av->av_frame_unref(g->frame);
     }
@@ -306,13 +307,13 @@ sc_status sc_gif_finish(sc_gif *g, AVFormatContext *format)
 
         SC_PASS(read_kept(g));
         SC_PASS(decode(g, k));
-        error = sc_av->av_buffersrc_add_frame(g->colors.sources[0], g->frame);
+        error = sc_filters->av_buffersrc_add_frame(g->colors.sources[0], g->frame);
         if (error < 0)
             return fail_av(g, "a frame cannot get the colours of the palette", error);
         SC_PASS(encode_ready(g, format));
         sc_stage_add(g->ctx, 1);
     }
-    if (sc_av->av_buffersrc_add_frame(g->colors.sources[0], NULL) < 0)
+    if (sc_filters->av_buffersrc_add_frame(g->colors.sources[0], NULL) < 0)
         return no_memory(g);
     SC_PASS(encode_ready(g, format));
     return encode(g, format, NULL);
@@ -322,8 +323,8 @@ void sc_gif_close(sc_gif *g)
 {
     if (!g)
         return;
-    sc_av->avfilter_graph_free(&g->palette.graph);
-    sc_av->avfilter_graph_free(&g->colors.graph);
+    sc_filters->avfilter_graph_free(&g->palette.graph);
+    sc_filters->avfilter_graph_free(&g->colors.graph);
     sc_av->avcodec_free_context(&g->reader);
     sc_av->avcodec_free_context(&g->writer);
     sc_av->av_packet_free(&g->packet);
@@ -331,30 +332,3 @@ void sc_gif_close(sc_gif *g)
     sc_outfile_discard(&g->kept);
     sc_free(g);
 }
-
-#else /* without libavfilter */
-
-bool sc_gif_is_possible(void)
-{
-    return false;
-}
-
-sc_status sc_gif_open(const sc_ctx *ctx, const char *path, sc_gif **out)
-{
-    return sc_fail(ctx, SC_ERR_CREATE, "%s: this segcast was built without libavfilter", path);
-}
-
-sc_status sc_gif_add(sc_gif *gif, const sc_segment_codec *codec, const void *data, size_t bytes)
-{
-    return SC_ERR_INTERNAL;
-}
-
-sc_status sc_gif_finish(sc_gif *gif, AVFormatContext *format)
-{
-    return SC_ERR_INTERNAL;
-}
-
-void sc_gif_close(sc_gif *gif)
-{
-}
-#endif

@@ -164,7 +164,7 @@ int sc_webp_read(sc_webp_reader *r, AVPacket *packet);
 
 /* ---- GIF ---- */
 
-/* @return whether this program was built with libavfilter, and libav has all that a GIF needs. */
+/* @return whether libavfilter can be loaded, and libav has all that a GIF needs. */
 bool sc_gif_is_possible(void);
 /* Makes a GIF of frames in FFV1. */
 typedef struct sc_gif sc_gif;

@@ -7,45 +7,46 @@
 #include <pthread.h>
 
 #pragma weak sc_libav_functions
+#pragma weak sc_libavfilter_functions
 
 const sc_libav *sc_av;
+const sc_libavfilter *sc_filters;
 
 enum { PATH_BYTES = 4096, REASON_BYTES = 1024 };
-/* How loading went. Libraries are loaded for a process, not for a part of it, so that this and
- * sc_av are its own, too; nothing of it changes once they are. */
+/* How loading went. Libraries are loaded for a process, not for a part of it, so that this, sc_av
+ * and sc_filters are its own, too; nothing of it changes once they are. */
 static struct {
-    pthread_once_t once;
+    pthread_once_t once, filters_once;
     char reason[REASON_BYTES]; /* why libav could not be loaded */
     bool no_memory;
-} loading = {.once = PTHREAD_ONCE_INIT, .reason = "", .no_memory = false};
+} loading = {PTHREAD_ONCE_INIT, PTHREAD_ONCE_INIT, "", false};
 
-/* Load segcast-libav.so. @return its table, or NULL, and the reason is set. */
-static const sc_libav *load_file(void)
+/* Load a file of segcast. @return its table @p symbol, or NULL, and dlerror says why. */
+static const void *load_file(const char *name, const char *symbol)
 {
     char path[PATH_BYTES];
-    const sc_libav *functions = NULL;
-    const char *error;
     void *file;
 
-    sc_program_find(SC_LIBAV_FILE, path, sizeof path);
+    sc_program_find(name, path, sizeof path);
     errno = 0;
     file = dlopen(path, RTLD_LAZY | RTLD_LOCAL); /* stays loaded to the end of the process */
-    loading.no_memory = !file && errno == ENOMEM;
-    if (file)
-        functions = dlsym(file, SC_LIBAV_SYMBOL);
-    if (!functions) {
-        error = dlerror();
-        snprintf(loading.reason, sizeof loading.reason, "%s", error ? error : "unknown reason");
-    }
-    return functions;
+    return file ? dlsym(file, symbol) : NULL;
 }
 
 static void load(void)
 {
     const sc_libav *functions = &sc_libav_functions;
 
-    if (!functions)
-        functions = load_file();
+    if (!functions) {
+        functions = load_file(SC_LIBAV_FILE, "sc_libav_functions");
+        if (!functions) {
+            const char *error;
+
+            loading.no_memory = errno == ENOMEM;
+            error = dlerror();
+            snprintf(loading.reason, sizeof loading.reason, "%s", error ? error : "unknown reason");
+        }
+    }
     if (functions &&
         (functions->bytes != sizeof *functions || functions->av != LIBAVFORMAT_VERSION_INT ||
          functions->av_codec != LIBAVCODEC_VERSION_INT)) {
@@ -73,4 +74,20 @@ sc_status sc_libav_load(const sc_ctx *ctx, const char *path)
                    "%s: %s, by which segcast writes and reads videos, cannot be loaded: %s; "
                    "install segcast anew, or choose video: none with frames: png",
                    path, SC_LIBAV_FILE, loading.reason);
+}
+
+static void load_filters(void)
+{
+    const sc_libavfilter *functions = &sc_libavfilter_functions;
+
+    if (!functions)
+        functions = load_file("segcast-libavfilter.so", "sc_libavfilter_functions");
+    if (functions && functions->bytes == sizeof *functions &&
+        functions->av == LIBAVFILTER_VERSION_INT)
+        sc_filters = functions;
+}
+
+bool sc_libavfilter_is_here(void)
+{
+    return pthread_once(&loading.filters_once, load_filters) == 0 && sc_filters;
 }

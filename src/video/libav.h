@@ -3,13 +3,17 @@
  * libraries, and loading them takes five times as long as loading everything else that segcast is
  * linked with. So they are loaded with the first video: segcast-libav.so, which lies beside the
  * other programs of segcast and is linked with them, holds nothing but addresses of these
- * functions. */
+ * functions. libavfilter, which takes nearly as long again, and which only GIF files need, is
+ * loaded with the first of these, as segcast-libavfilter.so. */
 #ifndef SC_VIDEO_LIBAV_H
 #define SC_VIDEO_LIBAV_H
 
 #include "segcast/base.h"
 
 #include <libavcodec/avcodec.h>
+#include <libavfilter/avfilter.h>
+#include <libavfilter/buffersink.h>
+#include <libavfilter/buffersrc.h>
 #include <libavformat/avformat.h>
 #include <libavutil/cpu.h>
 #include <libavutil/imgutils.h>
@@ -17,11 +21,6 @@
 #include <libavutil/pixdesc.h>
 #include <libavutil/spherical.h>
 #include <libswscale/swscale.h>
-#if SC_HAVE_AVFILTER
-#include <libavfilter/avfilter.h>
-#include <libavfilter/buffersink.h>
-#include <libavfilter/buffersrc.h>
-#endif
 
 /* What is said of a whole stream belongs to its parameters since FFmpeg 6.1. */
 #define SC_HAVE_CODED_SIDE_DATA (LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(60, 31, 102))
@@ -31,8 +30,7 @@
 #define SC_LIBAV_SIDE_DATA(X) X(av_stream_add_side_data)
 #endif
 
-/* Expands to X(NAME) for each function. Those of libavfilter are there if it was when segcast was
- * built. */
+/* Expand to X(NAME) for each function. */
 #define SC_LIBAV_FUNCTIONS(X)                                                                      \
     X(av_dict_free)                                                                                \
     X(av_dict_get)                                                                                 \
@@ -105,7 +103,6 @@
     X(sws_scale)                                                                                   \
     X(sws_setColorspaceDetails)
 
-#if SC_HAVE_AVFILTER
 #define SC_LIBAVFILTER_FUNCTIONS(X)                                                                \
     X(av_buffersink_get_frame)                                                                     \
     X(av_buffersrc_add_frame)                                                                      \
@@ -116,9 +113,6 @@
     X(avfilter_graph_create_filter)                                                                \
     X(avfilter_graph_free)                                                                         \
     X(avfilter_link)
-#else
-#define SC_LIBAVFILTER_FUNCTIONS(X)
-#endif
 
 /* The functions, by their own names; in front what must be as it was when segcast was built. */
 typedef struct sc_libav {
@@ -126,16 +120,27 @@ typedef struct sc_libav {
     unsigned av, av_codec; /* versions of the headers of libavformat and libavcodec */
 #define SC_LIBAV_MEMBER(name) __typeof__(name) *(name);
     SC_LIBAV_FUNCTIONS(SC_LIBAV_MEMBER)
-    SC_LIBAVFILTER_FUNCTIONS(SC_LIBAV_MEMBER)
-#undef SC_LIBAV_MEMBER
 } sc_libav;
 
-/* How segcast-libav.so calls its only variable, and the file itself. */
-#define SC_LIBAV_SYMBOL "sc_libav_functions"
+/* How segcast-libav.so is called. */
 #define SC_LIBAV_FILE "segcast-libav.so"
 /* What that file holds. In a program that is linked with libav, as those of the tests are, it is
  * part of the program; elsewhere its address is NULL. */
 extern const sc_libav sc_libav_functions;
+
+typedef struct sc_libavfilter {
+    size_t bytes; /* of this structure */
+    unsigned av;  /* version of the headers of libavfilter */
+    SC_LIBAVFILTER_FUNCTIONS(SC_LIBAV_MEMBER)
+} sc_libavfilter;
+
+/* What segcast-libavfilter.so holds; as sc_libav_functions. */
+extern const sc_libavfilter sc_libavfilter_functions;
+/* Those functions; NULL until sc_libavfilter_is_here has been called, by any thread, or if they
+ * cannot be loaded. */
+extern const sc_libavfilter *sc_filters;
+bool sc_libavfilter_is_here(void);
+#undef SC_LIBAV_MEMBER
 
 /* The functions; NULL until sc_libav_load or sc_libav_is_here has been called. */
 extern const sc_libav *sc_av;

@@ -26,8 +26,9 @@ fi
 # So is what loads libav, with the first video; nothing else needs it.
 printf 'volume: phantom:40x28x41\noutput: {size: [64, 48], video: a.mp4}\nanimation: {frames: 2}\n' >job.yaml
 mv to moved
-expect 0 '' moved/bin/segcast render job.yaml -o installed
+LD_DEBUG=files LD_DEBUG_OUTPUT=$PWD/video expect 0 '' moved/bin/segcast render job.yaml -o installed
 [ -s installed/a.mp4 ] || fail "the installed program wrote no video"
+! grep -qs 'libavfilter' video.* || fail "a video loads libavfilter, which only GIF needs and which takes 50 ms"
 LD_DEBUG=files LD_DEBUG_OUTPUT=$PWD/loaded moved/bin/segcast still phantom:40x28x41 -o b.png -q >/dev/null
 if [ -n "$(find . -maxdepth 1 -name 'loaded.*')" ]; then # the loader is that of glibc
     ! grep -q 'segcast-libav' loaded.* || fail "a picture loads libav"

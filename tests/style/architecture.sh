@@ -29,7 +29,7 @@ name_library() {
     Meshoptimizer::meshoptimizer) echo meshoptimizer ;;
     ZLIB::ZLIB) echo zlib ;;
     PkgConfig::LIBAV) echo libav ;;
-    Libavfilter::libavfilter) echo libavfilter ;;
+    PkgConfig::LIBAVFILTER) echo libavfilter ;;
     PkgConfig::YAML) echo libyaml ;;
     PkgConfig::JANSSON) echo jansson ;;
     PkgConfig::CAIRO) echo cairo ;;
