@@ -2,13 +2,13 @@
 # Seven frames have these very bits on every processor: x86-64 in each instruction set, and arm64 (tools/arm64-check).
 # After a change of pictures that is meant, GOLDEN_UPDATE=1 writes the new hashes into this file.
 declare -A expected=(
-    [smooth]=6a6cd09473f3330a
-    [voxel]=cef08c2f1ab21828
-    [parallel]=b4ab871c12a2e5c3
-    [clear]=c69342bf869c5c64
-    [shadows]=7f29e27a366a6a5e
-    [global]=75ffaf862108584b
-    [path]=e07ad7ac24c2ba07
+    [smooth]=c192feba5ae1950e
+    [voxel]=815cad2d1ef1ae10
+    [parallel]=8119e21cb4d320db
+    [clear]=cd585e19642d5d1a
+    [shadows]=918aafb929094cc2
+    [global]=370e7119d9b98e39
+    [path]=6386f5a775822e9d
 )
 declare -A settings=(
     [smooth]=render.quality=film

@@ -102,7 +102,7 @@ TEST(shading_is_even_along_a_seam)
  * of about a voxel, which the voxels close here and there. */
 static int plate_before_block(double x, double y, double z)
 {
-    const double depth = y - 20 + 0.21 * (x - 20) + 0.34 * (z - 20);
+    const double depth = y - 28 + 0.21 * (x - 20) + 0.34 * (z - 20);
 
     return depth > 1.1 && depth < 3.6 ? 1 : depth < 0 ? 2 : 0;
 }

@@ -292,38 +292,8 @@ SC_WIDE_VECTORS static void set_squares(const uint8_t *restrict inside,
     sc_distances_of(squares, SC_TILE_VOXELS, voxels);
 }
 
-/* Limit squared distances to the background by those to where the volume ends, beyond which all is
- * background. */
-static void limit_to_volume(const sc_borders *b, size_t tile, square_block *background)
-{
-    const int *size = b->p->volume->size;
-    uint8_t least[3][SC_CUBE];
-    int low[3];
-
-    sc_cube_low(b, b->cube_of[tile], low);
-    for (int axis = 0; axis < 3; axis++) {
-        for (int i = 0; i < SC_CUBE; i++) {
-            const int at = low[axis] + i, before = at + 1, behind = size[axis] - at;
-            const int nearer = before < behind ? before : behind;
-
-            least[axis][i] = (uint8_t)(nearer < 1          ? 1
-                                       : nearer < SC_REACH ? nearer * nearer
-                                                           : FAR_SQUARED);
-        }
-    }
-    for (int k = 0; k < SC_CUBE * SC_CUBE; k++) {
-        const uint8_t y = least[1][k % SC_CUBE], z = least[2][k / SC_CUBE];
-        uint8_t *to = background->at[k / SC_CUBE][k % SC_CUBE];
-
-        for (int x = 0; x < SC_CUBE; x++) {
-            to[x] = least[0][x] < to[x] ? least[0][x] : to[x];
-            to[x] = y < to[x] ? y : to[x];
-            to[x] = z < to[x] ? z : to[x];
-        }
-    }
-}
-
-/* Set squares and data of the tile of background against all tissue. */
+/* Set squares and data of the tile of background against all tissue. What lies beyond the volume is
+ * not known, so that tissue goes on there. */
 SC_WIDE_VECTORS static void set_outer(const measurer *m, size_t tile, workspace *w)
 {
     int8_t *squares = m->b->squares[tile];
@@ -333,7 +303,6 @@ SC_WIDE_VECTORS static void set_outer(const measurer *m, size_t tile, workspace 
         measure(m, SC_MANY_TISSUES, w, &w->tissue);
     for (int i = 0; i < SC_TILE_VOXELS; i++)
         w->is[i] = w->own_ids[i] != 0;
-    limit_to_volume(m->b, tile, &w->background);
     set_squares(w->background.at[0][0], w->tissue.at[0][0], w->is, squares, w);
     for (int i = 0; i < SC_TILE_VOXELS && w->at_end; i++)
         squares[i] = w->own_ids[i] == SC_NO_LABEL ? 0 : squares[i];

@@ -128,11 +128,7 @@ static void labels_around(const finder *f, size_t block, int reach, label_set *s
     set->count = 0;
     set->crowded = false;
     sc_brick_at(f->b->cubes, block, at);
-    for (int i = 0; i < 3; i++) { /* beyond the volume all is background */
-        const int first = at[i] * SC_CUBE - f->b->phase[i];
-
-        if (first < SC_REACH || first + SC_CUBE + SC_REACH > f->b->p->volume->size[i])
-            add_label(set, 0);
+    for (int i = 0; i < 3; i++) {
         low[i] = at[i] > 0 ? SUB_PER_CUBE * at[i] - reach : 0;
         high[i] = SUB_PER_CUBE * (at[i] + 1) + reach;
         high[i] = high[i] < f->b->subs[i] ? high[i] : f->b->subs[i];
