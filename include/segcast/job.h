@@ -55,9 +55,6 @@ enum { SC_OPACITY_LOCAL = 2 };
 /** How faces cut by clip planes are drawn. */
 typedef enum sc_caps { SC_CAPS_NONE, SC_CAPS_SOLID } sc_caps;
 
-/** What stands below the tissues. */
-typedef enum sc_ground { SC_GROUND_NONE, SC_GROUND_FLOOR } sc_ground;
-
 /** How pictures are drawn; see sc_render_settings. */
 typedef struct sc_render_options {
     int surface;            /**< sc_surface */

@@ -49,12 +49,13 @@ typedef struct sc_march_tissue {
                                  and 0 if it is not shown at all */
     float thickness_factor; /**< with by_thickness: what sc_march.thickness_alpha is multiplied by:
                                  1, but less or more while the tissue fades */
-    float diffuse, specular; /**< weights of the diffuse light and of the highlight */
-    float roughness;         /**< of its face, for paths: width of its facets, above 0, to 1 */
-    int shininess;           /**< exponent of the highlight in other light, of the same width */
-    uint8_t show;            /**< SC_SHOW_* */
-    uint8_t clip_set;        /**< index into sc_ray.parts: which clip planes cut the tissue */
-    bool by_thickness;       /**< alpha follows the local thickness: see sc_march.thickness_alpha */
+    float specular;         /**< weight of the highlight, and its exponent */
+    int shininess;
+    float face, roughness, coat; /**< for paths: strength of the highlight of the face, width of its
+                                      facets, above 0, to 1, and share that is coated */
+    uint8_t show;                /**< SC_SHOW_* */
+    uint8_t clip_set;            /**< index into sc_ray.parts: which clip planes cut the tissue */
+    bool by_thickness; /**< alpha follows the local thickness: see sc_march.thickness_alpha */
 } sc_march_tissue;
 
 /** The light of a frame. Directions are unit vectors in RAS, towards the light. */

@@ -45,7 +45,7 @@ typedef struct sc_render_settings {
     double step_voxels;     /**< distance between samples, in voxel lengths (the smallest spacing);
                                  voxel surface only */
     bool caps;              /**< cut faces are drawn solid */
-    bool floor;             /**< shadows fall on a floor, by light that is gathered or by paths */
+    sc_ground floor;        /**< on which shadows fall, by light that is gathered or by paths */
     double cap_outline;     /**< width of lines between tissues on cut faces, in voxels; 0: none */
     const sc_grey *grey;    /**< NULL, or a grey volume that cut faces and slices show; borrowed */
     sc_grey_look grey_look; /**< not read without */

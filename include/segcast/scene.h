@@ -13,16 +13,16 @@
 
 /** How a surface reflects light; all are at least 0. */
 typedef struct sc_material {
-    double diffuse;   /**< share of the tissue's colour */
     double specular;  /**< strength of the highlight */
     double roughness; /**< of the face that it comes from, above 0, to 1: the square root of the
                            width of its facets (GGX); the larger, the wider the highlight */
+    double coat;      /**< share of the surface that lies under a clear, smooth coat, to 1 */
 } sc_material;
 /** The material of tissues for which no rule says otherwise. Macros, so that the documents of the
  * job file can quote them. */
-#define SC_MATERIAL_DIFFUSE 1
 #define SC_MATERIAL_SPECULAR 0.14
 #define SC_MATERIAL_ROUGHNESS 0.48
+#define SC_MATERIAL_COAT 0
 
 /** What the user wants of all tissues whose name or number matches a pattern. What the rule leaves
  *  open (has_... is false) stays as it was. */
@@ -30,7 +30,7 @@ typedef struct sc_tissue_rule {
     char pattern[SC_NAME_BYTES]; /**< a name, a glob (* ? [...]), or a label number */
     char where[160];             /**< "file:line" of the rule, for messages; may be empty */
     bool has_color, has_opacity, has_interior_opacity, has_visible;
-    bool has_smooth, has_diffuse, has_specular, has_roughness, has_offset;
+    bool has_smooth, has_specular, has_roughness, has_coat, has_offset;
     bool visible;
     bool opacity_auto; /**< the opacity follows the measured thickness; opacity is not read */
     uint8_t rgb[3];
@@ -171,6 +171,9 @@ typedef struct sc_lighting {
     double edges;     /**< 0 to 1: how much opacity grows where a surface is seen from the side */
     double depth_cue; /**< 0 to 1: how much the far end fades into the background */
 } sc_lighting;
+
+/** What stands below the tissues: nothing, a floor, or one that rises behind them. */
+typedef enum sc_ground { SC_GROUND_NONE, SC_GROUND_FLOOR, SC_GROUND_COVE } sc_ground;
 
 /* ---- camera ---- */
 

@@ -107,7 +107,7 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .everywhere = job->render.quality == SC_QUALITY_STILL,
         .step_voxels = job->render.step_voxels,
         .caps = job->render.caps != 0,
-        .floor = job->render.stage == SC_GROUND_FLOOR,
+        .floor = job->render.stage,
         .cap_outline = job->render.cap_outline,
         .grey = panel->grey.grey.codes ? &panel->grey.grey : NULL,
         .grey_look = {panel->grey.window, job->image.shown.caps, job->image.shown.slices,
@@ -289,8 +289,8 @@ static void add_frames(sc_panel *panel, light_frames *f)
             f->frame = k;
             first = scene;
         }
-        change = sc_light_between(&first, &scene, panel->volume.label_count,
-                                  panel->job.render.stage == SC_GROUND_FLOOR);
+        change =
+            sc_light_between(&first, &scene, panel->volume.label_count, panel->job.render.stage);
         f->change = change > f->change ? change : f->change;
     }
 }

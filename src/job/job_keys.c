@@ -79,7 +79,8 @@ static const sc_choice auto_opacities[] = {{"measured", SC_OPACITY_MEASURED},
                                            {"local", SC_OPACITY_MEASURED + SC_OPACITY_LOCAL},
                                            {"local-paper", SC_OPACITY_PAPER + SC_OPACITY_LOCAL},
                                            {NULL, 0}};
-static const sc_choice stages[] = {{"none", SC_GROUND_NONE}, {"floor", SC_GROUND_FLOOR}, {NULL, 0}};
+static const sc_choice stages[] = {
+    {"none", SC_GROUND_NONE}, {"floor", SC_GROUND_FLOOR}, {"cove", SC_GROUND_COVE}, {NULL, 0}};
 static const sc_choice caps[] = {{"none", SC_CAPS_NONE}, {"solid", SC_CAPS_SOLID}, {NULL, 0}};
 
 #define RENDER(member) offsetof(sc_render_options, member)
@@ -122,8 +123,10 @@ static const sc_key render_keys[] = {
      .help = "width of the lines between tissues on cut faces", .low = 0, .high = 1,
      .unit = "voxels"},
     {"stage", &sc_type_choice, RENDER(stage), "none",
-     .help = "floor: below the tissues lies a floor, in the colour of the background, on which "
-             "they throw shadows; clip planes do not cut it; with light.method global or path",
+     .help =
+         "floor: below the tissues lies a floor, in the colour of the background, on which "
+         "they throw shadows; clip planes do not cut it; with light.method global or path; cove: "
+         "it rises behind the body in a curve",
      .choices = stages},
     {"quality", &sc_type_choice, RENDER(quality), "film",
      .help = "draft: one ray for a pixel; film: 5 where neighbouring pixels differ; still: 8 in "

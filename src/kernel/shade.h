@@ -384,7 +384,7 @@ static inline void sc_light(const sc_march *m, const sc_march_tissue *tissue, co
         const float around =
             (l->ambient * back + l->fill * fill + l->head * (head * near)) * open + sky[i];
 
-        out[i] = tissue->rgb[i] * (tissue->diffuse * (1 - spot->rim)) *
+        out[i] = tissue->rgb[i] * (1 - spot->rim) *
                      (around + l->key * key * lit * (0.5f + 0.5f * open)) +
                  tissue->specular * shine * lit * open;
     }

@@ -2,6 +2,7 @@
 /* What a renderer derives from the volume and from what of each label is shown: the looks of the
  * tissues, the box that rays are marched within, masks, and what follows from these. */
 #include "internal.h"
+#include "path.h"
 
 #include <string.h>
 
@@ -17,6 +18,24 @@ static uint8_t shown(const sc_render_settings *s, const sc_tissue *tissue)
                      (interior ? SC_SHOW_INTERIOR : 0));
 }
 
+/* Set how a tissue shines. Kernels draw one highlight for face and coat, as strong as both
+ * together: the lobe of Blinn and Phong that is as wide as that of GGX (Walter et al. 2007), of the
+ * mean width of the two. */
+static void set_highlight(const sc_material *material, sc_march_tissue *to)
+{
+    const double coat = material->coat * (SC_COAT_SHARE / SC_FACE_SHARE);
+    const double both = material->specular + coat;
+    double width;
+
+    to->face = (float)material->specular;
+    to->roughness = (float)(material->roughness * material->roughness);
+    to->coat = (float)material->coat;
+    to->specular = (float)both;
+    width = coat > 0 ? (material->specular * to->roughness + coat * SC_COAT_WIDTH) / both
+                     : to->roughness;
+    to->shininess = (int)fmax(lround(2 / (width * width) - 2), 1);
+}
+
 void sc_fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show, float *opacity)
 {
     const sc_render_settings *s = &r->settings;
@@ -28,11 +47,7 @@ void sc_fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show, fl
         to->boundary_alpha = sc_alpha_of(s, tissues[id].opacity);
         to->interior_alpha = sc_alpha_of(s, tissues[id].interior_opacity);
         to->thickness_factor = 1;
-        to->diffuse = (float)tissues[id].material.diffuse;
-        to->specular = (float)tissues[id].material.specular;
-        to->roughness = (float)(tissues[id].material.roughness * tissues[id].material.roughness);
-        /* The lobe of Blinn and Phong that is as wide as that of GGX (Walter et al. 2007). */
-        to->shininess = (int)fmax(lround(2 / ((double)to->roughness * to->roughness) - 2), 1);
+        set_highlight(&tissues[id].material, to);
         to->show = show[id] = id ? shown(s, &tissues[id]) : 0;
         to->cap_alpha = !id || show[id] ? 1 : 0;
         to->clip_set = tissues[id].clip_set;

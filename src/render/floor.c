@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The floor below the tissues, which has the colour of the background but for the shadows on it and
- * the light that tissues throw there: so no horizon is seen. It is flat, has no end, and gives
- * nothing back to them. Its light is gathered at points of a grid, as that of tissues at vertices;
- * what is kept of each is how it differs from what it would be without tissues, exactly 1 where
- * nothing is in the way. */
+ * the light that tissues throw there: so no horizon is seen. It is flat, or rises behind the body
+ * in a quarter of a circle to an upright wall; it has no end, and gives nothing back to them. Its
+ * light is gathered at points of a grid, as that of tissues at vertices; what is kept of each is
+ * how it differs from what it would be without tissues, exactly 1 where nothing is in the way. */
+#include "directions.h"
 #include "gather.h"
 #include "internal.h"
 
@@ -18,16 +19,51 @@ enum {
 #define DENSE 3.0
 /* From this share of the way to the border on shadows fade, so that none ends there at once. */
 #define FADE_FROM 0.7
+/* The radius of the curve of a cove, as a share of the height of what stands before it. */
+#define CURVE_SHARE 0.35
+#define QUARTER_TURN 1.57079632679489661923
 
 void sc_floor_place(sc_renderer *r)
 {
     const sc_box3 *box = &r->hull_box;
     const double x = box->high.x - box->low.x, y = box->high.y - box->low.y;
+    const double height = box->high.z - box->low.z;
 
     /* The lamp is as high as it is far to the side: so are shadows as long as tissues are high. */
     r->floor = (sc_floor){
         .middle = {(box->low.x + box->high.x) / 2, (box->low.y + box->high.y) / 2, box->low.z},
-        .half_mm = 0.5 * fmax(x, y) + 1.3 * (box->high.z - box->low.z)};
+        .half_mm = 0.5 * fmax(x, y) + 1.3 * height,
+        .foot_mm = box->low.y};
+    if (r->settings.floor == SC_GROUND_COVE) {
+        r->floor.radius_mm = CURVE_SHARE * height;
+        r->floor.half_mm += 0.7 * height; /* as on the wall, too */
+    }
+}
+
+/* @return a point of the floor. @param x, y where it lies if the floor is rolled out. @param normal
+ * set to that there. */
+static sc_vec3 roll_up(const sc_floor *f, double x, double y, double normal[3])
+{
+    const double behind = f->radius_mm > 0 ? fmax(f->foot_mm - y, 0) : 0;
+    const double turn = behind > 0 ? fmin(behind / f->radius_mm, QUARTER_TURN) : 0;
+    const double above = behind - turn * f->radius_mm; /* the end of the curve */
+
+    normal[0] = 0;
+    sc_sine_cosine(turn, &normal[1], &normal[2]);
+    return (sc_vec3){x, y + behind - f->radius_mm * normal[1],
+                     f->middle.z + f->radius_mm * (1 - normal[2]) + above};
+}
+
+/* @return the opposite: the y of a point of the floor if that is rolled out. */
+static double roll_out(const sc_floor *f, const sc_vec3 *at)
+{
+    const double above = at->z - f->middle.z - f->radius_mm; /* the end of the curve */
+
+    if (!(f->radius_mm > 0 && at->y < f->foot_mm))
+        return at->y;
+    return f->foot_mm - (above > 0 ? QUARTER_TURN * f->radius_mm + above
+                                   : 4 * QUARTER_TURN * f->radius_mm *
+                                         sc_part_of_turn(f->foot_mm - at->y, -above));
 }
 
 /* @return where a coordinate of the grid, -1 to 1, lies on the way from the middle to the border,
@@ -54,12 +90,13 @@ void sc_floor_points(void *user, size_t begin, size_t end, int thread)
     for (size_t i = begin; i < end; i++) {
         const uint32_t at[2] = {(uint32_t)(i % SIDE), (uint32_t)(i / SIDE)};
         sc_gather_place *p = &g->places[g->floor_first + i];
-        const sc_vec3 mm = {f->middle.x + f->half_mm * spread_out(2.0 * at[0] / (SIDE - 1) - 1),
-                            f->middle.y + f->half_mm * spread_out(2.0 * at[1] / (SIDE - 1) - 1),
-                            f->middle.z};
+        double n[3];
+        const sc_vec3 mm =
+            roll_up(f, f->middle.x + f->half_mm * spread_out(2.0 * at[0] / (SIDE - 1) - 1),
+                    f->middle.y + f->half_mm * spread_out(2.0 * at[1] / (SIDE - 1) - 1), n);
         const sc_vec3 voxel = sc_affine_point(&r->to_voxel, mm);
 
-        *p = (sc_gather_place){.normal = {0, 0, 1}};
+        *p = (sc_gather_place){.normal = {0, (float)n[1], (float)n[2]}};
         p->at[0] = (float)(voxel.x + 1);
         p->at[1] = (float)(voxel.y + 1);
         p->at[2] = (float)(voxel.z + 1);
@@ -89,7 +126,7 @@ void sc_floor_spread(void *user, size_t begin, size_t end, int thread)
             at = g->floor_first + (size_t)((y + dy) * SIDE + x + dx);
             for (int c = 0; c < 3; c++) {
                 light[c] += weight * g->light[at][c];
-                whole[c] += weight * g->floor_free[g->places[at].part][c];
+                whole[c] += weight * g->floor_free[y + dy][(x + dx) % SC_FLOOR_PARTS][c];
             }
         }
         for (int c = 0; c < 3; c++)
@@ -97,14 +134,49 @@ void sc_floor_spread(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-bool sc_floor_meets(const sc_floor *f, const sc_sight *sight, sc_vec3 *at)
+/* Move a point that a line of sight meets at floor or wall, under the curve between them, onto
+ * that.
+ * @return whether the line comes from above it. */
+static bool meet_curve(const sc_floor *f, const sc_sight *sight, sc_vec3 *at, double normal[3])
 {
-    const double far = (f->middle.z - sight->eye_mm.z) / sight->direction.z;
+    const sc_vec3 *d = &sight->direction;
+    const double y = sight->eye_mm.y - f->foot_mm;
+    const double z = sight->eye_mm.z - f->middle.z - f->radius_mm;
+    const double square = d->y * d->y + d->z * d->z, half = y * d->y + z * d->z;
+    const double root = half * half - square * (y * y + z * z - f->radius_mm * f->radius_mm);
 
-    if (!(sight->direction.z < 0 && far > 0))
+    if (!(root > 0 && sqrt(root) > half))
         return false;
-    *at = sc_vec3_along(sight->eye_mm, far, sight->direction);
+    *at = sc_vec3_along(sight->eye_mm, (sqrt(root) - half) / square, *d);
+    normal[1] = (f->foot_mm - at->y) / f->radius_mm;
+    normal[2] = (f->middle.z + f->radius_mm - at->z) / f->radius_mm;
     return true;
+}
+
+bool sc_floor_meets(const sc_floor *f, const sc_sight *sight, sc_vec3 *at, double normal[3])
+{
+    const double wall = f->foot_mm - f->radius_mm;
+    double far = (f->middle.z - sight->eye_mm.z) / sight->direction.z;
+    bool meets = sight->direction.z < 0 && far > 0;
+
+    normal[0] = normal[1] = 0;
+    normal[2] = 1;
+    if (f->radius_mm > 0) {
+        const double to_wall = (wall - sight->eye_mm.y) / sight->direction.y;
+
+        if (!(sight->eye_mm.z > f->middle.z && sight->eye_mm.y > wall))
+            return false; /* from below, or from behind */
+        if (sight->direction.y < 0 && !(meets && far < to_wall)) {
+            far = to_wall;
+            meets = true;
+            normal[1] = 1;
+            normal[2] = 0;
+        }
+    }
+    *at = sc_vec3_along(sight->eye_mm, far, sight->direction);
+    if (meets && f->radius_mm > 0 && at->y < f->foot_mm && at->z < f->middle.z + f->radius_mm)
+        meets = meet_curve(f, sight, at, normal);
+    return meets;
 }
 
 /* The share of light at a point of the floor, to @p out. @return false where it is that without
@@ -112,7 +184,7 @@ bool sc_floor_meets(const sc_floor *f, const sc_sight *sight, sc_vec3 *at)
 static bool floor_light(const sc_floor *f, const sc_vec3 *at, float out[3])
 {
     const double place[2] = {(at->x - f->middle.x) / f->half_mm,
-                             (at->y - f->middle.y) / f->half_mm};
+                             (roll_out(f, at) - f->middle.y) / f->half_mm};
     const float(*from)[3] = f->light;
     int low[2];
     float share[2];
@@ -151,9 +223,10 @@ void sc_put_floor_behind(const sc_lens *lens, const sc_aim *aims, size_t count, 
     for (size_t i = 0; i < count; i++) {
         const sc_sight sight = sc_line_of_sight(lens, &aims[i]);
         sc_vec3 at;
+        double normal[3];
         float share[3];
 
-        if (light[i].transmittance > 0 && sc_floor_meets(&r->floor, &sight, &at) &&
+        if (light[i].transmittance > 0 && sc_floor_meets(&r->floor, &sight, &at, normal) &&
             floor_light(&r->floor, &at, share))
             sc_floor_show(r, share, &light[i]);
     }

@@ -210,8 +210,7 @@ static bool same_planes(const sc_scene *a, const sc_scene *b)
 
 static bool same_color(const sc_march_tissue *a, const sc_march_tissue *b)
 {
-    return a->diffuse == b->diffuse && a->rgb[0] == b->rgb[0] && a->rgb[1] == b->rgb[1] &&
-           a->rgb[2] == b->rgb[2];
+    return a->rgb[0] == b->rgb[0] && a->rgb[1] == b->rgb[1] && a->rgb[2] == b->rgb[2];
 }
 
 /* How much of the tissues of two scenes is compared: what is shown and cut; also how much light

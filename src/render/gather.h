@@ -24,9 +24,11 @@ enum {
     SC_GATHER_DIRECTIONS = 32, /* of each place, all around; */
     SC_GATHER_LAMP = 16,       /* further ones, to the lamp */
     SC_GATHER_RAYS = SC_GATHER_DIRECTIONS + SC_GATHER_LAMP,
-    SC_GATHER_FREE = -1, /* a ray that meets nothing ... */
-    SC_GATHER_LOST = -2, /* ... and one whose hit has no place */
-    SC_GATHER_FIELDS = 2 /* the outer and the inner one */
+    SC_GATHER_FREE = -1,  /* a ray that meets nothing ... */
+    SC_GATHER_LOST = -2,  /* ... and one whose hit has no place */
+    SC_GATHER_FIELDS = 2, /* the outer and the inner one */
+    SC_FLOOR_SIDE = 256,  /* points along a side of the grid on the floor; */
+    SC_FLOOR_PARTS = 8    /* parts of the net in a row of them */
 };
 
 /* What of one field is gathered. The team owns masks and start; without masks nothing is. */
@@ -64,8 +66,9 @@ typedef struct sc_gather {
     size_t count; /* of places: those of the outer field come first, points of the floor last */
     size_t floor_first; /* number of the first of these; count without one */
     float (*floor)[3];  /* [SC_FLOOR_SIDE][SC_FLOOR_SIDE] see sc_floor.light */
-    float floor_free[SC_GATHER_PARTS]
-                    [3]; /* what comes there along the rays of a part if all are free */
+    /* what comes along the rays of a point of the floor if all are free: the same for every eighth
+     * of a row, which have one normal and one part of the net */
+    float floor_free[SC_FLOOR_SIDE][SC_FLOOR_PARTS][3];
     sc_gather_place *places;
     /* [SC_GATHER_PARTS] those all around about the z axis, those to the lamp as they are, RAS */
     float (*directions)[SC_GATHER_RAYS][3];

@@ -35,10 +35,13 @@ static uint64_t hash_of(const sc_renderer *r, const sc_scene *scene)
     hash = sc_hash_bytes(&r->march.box_high, sizeof r->march.box_high, hash);
     for (int id = 0; id < v->label_count; id++) {
         const sc_march_tissue *t = &r->tissues[id];
-        const float numbers[] = {t->rgb[0],      t->rgb[1],
-                                 t->rgb[2],      t->boundary_alpha,
-                                 t->diffuse,     (float)scene->clip_sets[t->clip_set],
-                                 (float)t->show, (float)r->looks[id].show};
+        const float numbers[] = {t->rgb[0],
+                                 t->rgb[1],
+                                 t->rgb[2],
+                                 t->boundary_alpha,
+                                 (float)scene->clip_sets[t->clip_set],
+                                 (float)t->show,
+                                 (float)r->looks[id].show};
 
         hash = sc_hash_bytes(numbers, sizeof numbers, hash);
     }

@@ -32,17 +32,18 @@ static inline void add_free(const sc_gather *g, const sc_gather_place *p, int i,
 /* Find what comes to points of the floor if all of their rays are free. */
 static void sum_floor(sc_gather *g)
 {
-    sc_gather_place p = {.normal = {0, 0, 1}};
-
-    for (; p.part < SC_GATHER_PARTS; p.part++) {
-        float *sum = g->floor_free[p.part];
+    for (int k = 0; k < SC_FLOOR_SIDE * SC_FLOOR_PARTS; k++) {
+        const int row = k / SC_FLOOR_PARTS, column = k % SC_FLOOR_PARTS;
+        const sc_gather_place *p =
+            &g->places[g->floor_first + (size_t)row * SC_FLOOR_SIDE + (size_t)column];
+        float *sum = g->floor_free[row][column];
 
         sum[0] = sum[1] = sum[2] = 0;
         for (int i = 0; i < sc_gather_rays(g); i++) {
             float d[3];
 
-            sc_gather_direction(g, &p, i, d);
-            add_free(g, &p, i, d, sum);
+            sc_gather_direction(g, p, i, d);
+            add_free(g, p, i, d, sum);
         }
     }
 }
@@ -82,7 +83,7 @@ static void reflect(void *user, size_t begin, size_t end, int thread)
         const sc_march_tissue *tissue = &g->renderer->tissues[g->places[at].tissue];
 
         for (int k = 0; k < 3; k++) {
-            const float albedo = tissue->rgb[k] * tissue->diffuse;
+            const float albedo = tissue->rgb[k];
 
             g->radiosity[at][k] = (albedo < ALBEDO_MOST ? albedo : ALBEDO_MOST) * g->light[at][k];
         }

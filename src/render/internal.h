@@ -77,15 +77,15 @@ typedef struct sc_cover {
                                  both 0 if no distances are known */
 } sc_cover;
 
-enum { SC_FLOOR_SIDE = 256 /* points along a side of the grid on the floor */ };
 /* The floor, and its grid of points, a square: see floor.c. */
 typedef struct sc_floor {
     bool is_shown;           /* in the present view */
+    double radius_mm;        /* of the curve in which it rises behind the body; 0: it does not */
+    double foot_mm;          /* where that begins: RAS y */
     sc_vec3 middle;          /* of the grid, RAS mm */
     double half_mm;          /* half of its edge */
     const float (*light)[3]; /* [SC_FLOOR_SIDE][SC_FLOOR_SIDE] share of the light that there would
                                 be without tissues; borrowed from gather */
-    double without[3];       /* that light, by what white gives back; for paths only */
 } sc_floor;
 
 /* Owns what its pointers point to, except the volume and the kernel. */
@@ -224,8 +224,9 @@ static inline bool sc_shows_behind(const sc_renderer *r)
 
 /* Place the floor below all that is visible. */
 void sc_floor_place(sc_renderer *r);
-/* @return whether a line of sight meets the floor from above: sets *at, RAS mm. */
-bool sc_floor_meets(const sc_floor *f, const sc_sight *sight, sc_vec3 *at);
+/* @return whether a line of sight meets the floor from above: sets *at, RAS mm, and the normal
+ * there. */
+bool sc_floor_meets(const sc_floor *f, const sc_sight *sight, sc_vec3 *at, double normal[3]);
 /* Put a point of the floor, with a share of its light, behind what a ray brings back. */
 void sc_floor_show(const sc_renderer *r, const float share[3], sc_radiance *light);
 /* Put the floor behind what the rays of a view bring back, by light that was gathered. */

@@ -219,18 +219,32 @@ static void arrive(const sc_renderer *r, path *p, const sc_radiance *hit, meetin
         (sc_vec3){hit->normal[0], hit->normal[1], hit->normal[2]});
 }
 
+/* @return the light of component @p i that the floor would get without tissues where its normal is
+ * @p n, by what white gives back. */
+static double light_without(const sc_renderer *r, const double n[3], int i)
+{
+    const sc_march_light *light = &r->march.light;
+    const float *d = r->march.light.key_direction, *around = light->around[i];
+    const double lamp = fmax(n[0] * d[0] + n[1] * d[1] + n[2] * d[2], 0) * light->key;
+    const double sky = light->has_map
+                           ? around[0] + n[0] * around[1] + n[1] * around[2] + n[2] * around[3]
+                           : SC_SKY_MEAN + SC_SKY_UP * n[2] * 2 / 3;
+
+    return fmax(lamp + light->sky * sky, 1e-6);
+}
+
 /* Let a path whose eye sees the floor arrive there. @return whether it does. */
 static bool land(const sc_renderer *r, path *p, meeting *m)
 {
     const sc_sight sight = {.eye_mm = p->at, .direction = p->direction};
 
-    if (!r->floor.is_shown || !sc_floor_meets(&r->floor, &sight, &p->at))
+    *m = (meeting){.reflector = {.out = {0, 0, 1}}};
+    if (!r->floor.is_shown || !sc_floor_meets(&r->floor, &sight, &p->at, m->axes[2]))
         return false;
     p->on_floor = true;
-    *m = (meeting){.reflector = {.out = {0, 0, 1}}, .axes = {{0}, {0}, {0, 0, 1}}};
     sc_frame_about(m->axes[2], m->axes[0], m->axes[1]);
     for (int i = 0; i < 3; i++)
-        m->reflector.albedo[i] = 1 / r->floor.without[i];
+        m->reflector.albedo[i] = 1 / light_without(r, m->axes[2], i);
     return true;
 }
 
@@ -411,13 +425,6 @@ void sc_tile_trace(sc_tile *t)
 
 void sc_paths_begin(sc_renderer *r)
 {
-    const sc_march_light *light = &r->march.light;
-
-    for (int i = 0; i < 3; i++)
-        r->floor.without[i] =
-            light->lamp * sc_lamp_direction[2] * SC_LAMP_MEAN_COSINE +
-            light->sky * (light->has_map ? light->around[i][0] + light->around[i][3]
-                                         : SC_SKY_MEAN + SC_SKY_UP * 2 / 3);
     r->traced = r->march;
     r->traced.light = (sc_march_light){.flat = true, .edges = r->march.light.edges};
     for (int k = 0; sc_parts_apart(r) && k < r->parts->shown_count; k++) {

@@ -4,10 +4,6 @@
 #include "path.h"
 
 #define PI 3.14159265358979323846
-/* The share that a face reflects of what comes straight, for a highlight of strength 1: tissue,
- * which is mostly water, reflects 2 to 4 %, and with a soft lamp those are the highlights of
- * light.method: global of 0.15 to 0.3. */
-#define FACE_SHARE 0.14
 /* From this share on all is reflected of what comes along the face; of less, less is. */
 #define FACE_WHOLE 0.02
 
@@ -24,86 +20,109 @@ static void make_unit(double v[3])
         v[i] /= length;
 }
 
-/* @return the share that the face reflects of what comes along it. */
-static double whole(const sc_reflector *s)
-{
-    return fmin(s->face / FACE_WHOLE, 1);
-}
-
-/* @return the share of light that the face reflects, by the cosine at which it comes (Schlick
- * 1994). */
-static double fresnel(const sc_reflector *s, double cosine)
+/* @return the share of light that facets reflect, by the cosine at which it comes (Schlick 1994).
+ */
+static double fresnel(const sc_facets *f, double cosine)
 {
     const double less = 1 - fmin(fmax(cosine, 0), 1), square = less * less;
 
-    return s->face + (whole(s) - s->face) * square * square * less;
+    return f->straight + (f->along - f->straight) * square * square * less;
 }
 
-/* @return how likely it is that the face is chosen. */
-static double face_chance(const sc_reflector *s)
+/* @return how likely it is that the face is chosen. @param coat set to that of the coat. */
+static double face_chance(const sc_reflector *s, double *coat)
 {
-    const double face = fresnel(s, s->out[2]);
-    const double below = (s->albedo[0] + s->albedo[1] + s->albedo[2]) / 3 * (1 - face);
+    const double over = fresnel(&s->coat, s->out[2]);
+    const double face = (1 - over) * fresnel(&s->face, s->out[2]);
+    const double below = (s->albedo[0] + s->albedo[1] + s->albedo[2]) / 3 * (1 - over - face);
+    const double all = face + below + over;
 
-    return face > 0 ? face / (face + below) : 0;
+    *coat = over > 0 ? over / all : 0;
+    return face > 0 ? face / all : 0;
 }
 
 /* @return what of a rough face lies in the shadow of the rest, seen from @p w: Smith's lambda. */
-static double hidden(const sc_reflector *s, const double w[3])
+static double hidden(const sc_facets *f, const double w[3])
 {
     const double across = (w[0] * w[0] + w[1] * w[1]) / (w[2] * w[2]);
 
-    return (sqrt(1 + s->roughness * s->roughness * across) - 1) / 2;
+    return (sqrt(1 + f->width * f->width * across) - 1) / 2;
 }
 
 sc_reflector sc_reflector_of(const sc_march_tissue *tissue, const double rgb[3],
                              const double out[3])
 {
-    sc_reflector s = {.face = fmin(FACE_SHARE * tissue->specular, 1),
-                      .roughness = tissue->roughness,
+    const double face = fmin(SC_FACE_SHARE * tissue->face, 1);
+    sc_reflector s = {.face = {face, fmin(face / FACE_WHOLE, 1), tissue->roughness},
+                      .coat = {SC_COAT_SHARE * tissue->coat, tissue->coat, SC_COAT_WIDTH},
                       .out = {out[0], out[1], fmax(out[2], 1e-3)}};
 
     make_unit(s.out);
     for (int i = 0; i < 3; i++)
-        s.albedo[i] = fmin(rgb[i] * tissue->diffuse, 1);
+        s.albedo[i] = fmin(rgb[i], 1);
     return s;
+}
+
+/* @return the share that facets send on, times the cosine. @param density set to that of the
+ * directions that are chosen by normals that are seen. */
+static double reflect(const sc_facets *f, const double out[3], const double in[3], double *density)
+{
+    const double square = f->width * f->width, lambda = hidden(f, out);
+    double half[3], normals;
+
+    *density = 0;
+    if (!(f->straight > 0))
+        return 0;
+    for (int i = 0; i < 3; i++)
+        half[i] = out[i] + in[i];
+    make_unit(half);
+    normals = half[2] * half[2] * (square - 1) + 1;
+    normals = square / (PI * normals * normals);
+    *density = normals / (4 * out[2] * (1 + lambda));
+    return fresnel(f, dot(out, half)) * normals / (4 * out[2] * (1 + lambda + hidden(f, in)));
+}
+
+/* @return the share of even light that comes to what is below the face from all around. */
+static double let_in(const sc_reflector *s)
+{
+    const double face = 1 - s->face.straight, coat = 1 - s->coat.straight;
+    const double face_more = s->face.along - s->face.straight;
+    const double coat_more = s->coat.along - s->coat.straight;
+
+    return face * coat - (coat_more * face + face_more * coat) / 21 + face_more * coat_more / 66;
 }
 
 double sc_reflector_share(const sc_reflector *s, const double in[3], double share[3])
 {
-    const double chance = face_chance(s), square = s->roughness * s->roughness;
-    /* What the face lets in comes out again through it, on the way both to and fro; the last factor
-     * is 1 over the mean of one of them, so that white below the face gives back all that comes in
-     * (Kelemen and Szirmay-Kalos 2001). */
-    const double below = (1 - fresnel(s, s->out[2])) * (1 - fresnel(s, in[2])) * in[2] /
-                         (PI * (1 - s->face - (whole(s) - s->face) / 21));
-    double half[3], normals, seen, face, lambda;
+    double coat_chance, face_density, coat_density, face, coat, through, below;
+    const double chance = face_chance(s, &coat_chance);
 
-    for (int i = 0; i < 3; i++)
-        share[i] = in[2] > 0 ? s->albedo[i] * below : 0;
+    share[0] = share[1] = share[2] = 0;
     if (!(in[2] > 0))
         return 0;
-    if (!(chance > 0))
-        return in[2] / PI;
+    /* What is below gets what coat and face let in, and it comes out again through them, on the way
+     * both to and fro; that is divided by the mean of one of them, so that white below the face
+     * gives back all that comes in (Kelemen and Szirmay-Kalos 2001). */
+    through = (1 - fresnel(&s->coat, s->out[2])) * (1 - fresnel(&s->coat, in[2]));
+    below = (1 - fresnel(&s->face, s->out[2])) * (1 - fresnel(&s->face, in[2])) * through * in[2] /
+            (PI * let_in(s));
+    face = through * reflect(&s->face, s->out, in, &face_density);
+    coat = reflect(&s->coat, s->out, in, &coat_density);
     for (int i = 0; i < 3; i++)
-        half[i] = s->out[i] + in[i];
-    make_unit(half);
-    normals = half[2] * half[2] * (square - 1) + 1;
-    normals = square / (PI * normals * normals);
-    lambda = hidden(s, s->out);
-    seen = normals / (4 * s->out[2] * (1 + lambda)); /* the density of the normals that are seen */
-    face = fresnel(s, dot(s->out, half)) * normals / (4 * s->out[2] * (1 + lambda + hidden(s, in)));
-    for (int i = 0; i < 3; i++)
-        share[i] += face;
-    return chance * seen + (1 - chance) * in[2] / PI;
+        share[i] = s->albedo[i] * below + face + coat;
+    return chance * face_density + coat_chance * coat_density +
+           (1 - chance - coat_chance) * in[2] / PI;
 }
 
 void sc_reflector_choose(const sc_reflector *s, double which, const double point[2], double in[3])
 {
-    double seen[3] = {s->roughness * s->out[0], s->roughness * s->out[1], s->out[2]};
+    double coat_chance;
+    const double chance = face_chance(s, &coat_chance);
+    const double width = which < chance ? s->face.width : s->coat.width;
+    double seen[3] = {width * s->out[0], width * s->out[1], s->out[2]};
     double sine, cosine, half[3], around, along;
 
-    if (!(which < face_chance(s))) {
+    if (!(which < chance + coat_chance)) {
         sc_cosine_direction(point, in);
         return;
     }
@@ -112,8 +131,8 @@ void sc_reflector_choose(const sc_reflector *s, double which, const double point
     sc_sine_cosine(2 * PI * point[0] - PI, &sine, &cosine);
     half[2] = (1 - point[1]) * (1 + seen[2]) - seen[2];
     around = sqrt(fmin(fmax(1 - half[2] * half[2], 0), 1));
-    half[0] = (around * cosine + seen[0]) * s->roughness;
-    half[1] = (around * sine + seen[1]) * s->roughness;
+    half[0] = (around * cosine + seen[0]) * width;
+    half[1] = (around * sine + seen[1]) * width;
     half[2] += seen[2];
     make_unit(half);
     along = 2 * dot(s->out, half);

@@ -50,9 +50,9 @@ static sc_tissue tissue_of_table(const sc_label *label)
     sc_tissue tissue = {.visible = !label->hidden,
                         .opacity = label->opacity,
                         .opacity_auto = label->opacity < 0,
-                        .material = {.diffuse = SC_MATERIAL_DIFFUSE,
-                                     .specular = SC_MATERIAL_SPECULAR,
-                                     .roughness = SC_MATERIAL_ROUGHNESS}};
+                        .material = {.specular = SC_MATERIAL_SPECULAR,
+                                     .roughness = SC_MATERIAL_ROUGHNESS,
+                                     .coat = SC_MATERIAL_COAT}};
 
     tissue.is_rest =
         tissue.visible && tissue.opacity_auto && sc_name_role_of(label->name) == SC_NAME_REST;
@@ -84,12 +84,12 @@ static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
         tissue->opacity_auto = rule->opacity_auto;
         tissue->opacity_track = rule->opacity > 0 ? rule->opacity_track : 0;
     }
-    if (rule->has_diffuse)
-        tissue->material.diffuse = rule->material.diffuse;
     if (rule->has_specular)
         tissue->material.specular = rule->material.specular;
     if (rule->has_roughness)
         tissue->material.roughness = rule->material.roughness;
+    if (rule->has_coat)
+        tissue->material.coat = rule->material.coat;
     if (rule->has_interior_opacity)
         tissue->interior_opacity = rule->interior_opacity;
 }

@@ -26,7 +26,7 @@ changed_by_names() { # changed_by_names TISSUES ANIMATION
     one_error
 }
 changed_by_names 'aorta: {specular: 2}' 'clip: []'
-changed_by_names 'aorta: {diffuse: 0.2}' 'clip: []'
+changed_by_names 'aorta: {coat: 0.2}' 'clip: []'
 changed_by_names 'aorta: {roughness: 0.3}' 'clip: []'
 changed_by_names 'aorta: {opacity: 1}' 'clip: [{normal: posterior, at: 50%, except: [aorta]}]'
 changed_by_names 'aorta: {visible: true}' 'verbs: [{fade: aorta, to: 30%}]'

@@ -195,7 +195,7 @@ tissues: {"*": {opacity: 1}, aorta: {color: {0s: red, 0.5s: {value: blue, ease: 
 shots:
   - {card: The heart, image: {caps: 0.3}, animation: {frames: 2}}
   - {animation: {frames: 12, camera: {orbit: {turns: 0}}}}
-  - {animation: {frames: 23, camera: {orbit: {turns: 0}}}, tissues: {"*": {diffuse: 0.5}}}
+  - {animation: {frames: 23, camera: {orbit: {turns: 0}}}, tissues: {"*": {coat: 0.5}}}
 EOF
 expect 0 '' "$SEGCAST" render film.yaml -q
 grep -q '0.5s: {value: \[0, 0, 255\], ease: smooth}' whole/job.yaml || fail 'times of the film are not kept in the job as resolved'

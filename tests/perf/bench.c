@@ -104,7 +104,7 @@ static sc_tissue peers_tissue(uint32_t value, bool opaque, bool voxel)
                                      {1, .9f, .1f}};
     static const double alpha[13] = {0, .35, .8, .8, .8, .8, .9, .8, .45, .35, .4, .15, 1};
     const uint32_t n = value < 13 ? value : 12;
-    sc_tissue t = {.visible = !(opaque && n == FAT), .material = {.diffuse = 1, .roughness = 1}};
+    sc_tissue t = {.visible = !(opaque && n == FAT), .material = {.roughness = 1}};
 
     t.opacity = opaque ? 1 : voxel ? 1 - sqrt(1 - 0.98 * alpha[n]) : alpha[n];
     memcpy(t.rgb_linear, rgb[n], sizeof t.rgb_linear);

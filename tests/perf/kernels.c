@@ -76,7 +76,6 @@ static stage make_stage(sc_surface surface, int label_bytes)
                                           .cap_alpha = 1,
                                           .thickness_factor = 1,
                                           .interior_alpha = 0.05f,
-                                          .diffuse = 0.9f,
                                           .specular = 0.2f,
                                           .shininess = 1 + 3 * id,
                                           .show = show[id],

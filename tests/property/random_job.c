@@ -816,7 +816,7 @@ static const struct row render_of_shot_rows[] = {
 static const struct row render_rows[] = {
     {"background", 100, put_film_background, NULL},
     LOOK_OF_RENDER,
-    {"stage", 100, put_stage, "floor|floor|none"},
+    {"stage", 100, put_stage, "floor|cove|none"},
     {"surface", 40, put_surface, "voxel|smooth"},
     {"smooth", 30, put_number, "0:2.5"},
     {"step", 30, put_number, "0.2:2"},
@@ -906,7 +906,7 @@ static const struct row tissue_rows[] = {
     {"opacity", 100, put_tissue_opacity, "auto|1|0.5|0.2|1|0.8"},
     {"visible", 15, put_coming, NULL},
     {"offset", 15, put_offset, NULL},
-    {"diffuse", 20, put_number, "0:2"},
+    {"coat", 20, put_number, "0:1"},
     {"specular", 20, put_number, "0:2"},
     {"roughness", 20, put_number, "0.1:1"},
     {"interior_opacity", 10, put_number, "0:0.2"},

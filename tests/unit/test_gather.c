@@ -324,7 +324,7 @@ TEST_BY_EACH_METHOD(a_ball_throws_its_shadow_on_the_floor)
     paint_map(even_light);
     s.settings.environment = &map;
     s.settings.floor = true;
-    s.tissues[1].material.diffuse = 0;
+    memset(s.tissues[1].rgb_linear, 0, sizeof s.tissues[1].rgb_linear);
     memset(s.settings.background, 255, sizeof s.settings.background);
     scene.camera.half_height = 2 * SIDE;
     image = draw_cross(&s, &scene, 0);
@@ -338,6 +338,41 @@ TEST_BY_EACH_METHOD(a_ball_throws_its_shadow_on_the_floor)
             light_at(&image, SIDE / 2, at, 0) + light_at(&image, SIDE / 2, opposite, 0);
 
         assert_near(sum * ALBEDO / 4, seen, 0.02);
+    }
+    assert_int_equal(image.rgb[0], 255);
+}
+
+/* The wall of a cove gets of an even sky all but what the ball before it hides: the cosine times
+ * the square of its radius over the distance; where nothing is hidden, it is the background. */
+TEST_BY_EACH_METHOD(a_ball_throws_its_shadow_on_the_wall_of_a_cove)
+{
+    enum { RADIUS = 30 };
+    sc_scene scene;
+    SC_OWN(free_scene) small_scene s = sky_scene(ball, false, &scene);
+    SC_OWN(sc_image_clear) sc_image image = {0};
+    /* behind the ball by the radius of the curve, which is a share of its height */
+    const double to_wall = RADIUS + 0.35 * 2 * RADIUS;
+
+    paint_map(even_light);
+    s.settings.environment = &map;
+    s.settings.floor = SC_GROUND_COVE;
+    memset(s.tissues[1].rgb_linear, 0, sizeof s.tissues[1].rgb_linear);
+    memset(s.settings.background, 255, sizeof s.settings.background);
+    scene.camera.half_height = 2 * SIDE;
+    image = draw_view(&s, &scene, NULL);
+    for (int x = RADIUS / 4 + 2; x < 16; x++) {
+        double more = 0;
+
+        for (int y = -3; y <= 2; y++) { /* above the curve, and below where shadows fade */
+            const double aside = 4 * (x + 0.5), above = 4 * y;
+            const double square = to_wall * to_wall + aside * aside + above * above;
+            const double seen = 1 - RADIUS * RADIUS * to_wall / (square * sqrt(square));
+            const double sum = light_at(&image, SIDE / 2 - 1 - x, SIDE / 2 - y, 0) +
+                               light_at(&image, SIDE / 2 + x, SIDE / 2 - y, 0);
+
+            more += (sum * ALBEDO / 2 - seen) / 6;
+        }
+        assert_near(more, 0, 0.01);
     }
     assert_int_equal(image.rgb[0], 255);
 }
@@ -581,8 +616,7 @@ TEST(no_surface_gives_back_more_than_comes)
 
     for (int i = 0; i < ANGLES * ROUGH; i++) {
         const double cosine = (i % ANGLES + 0.5) / ANGLES, white[3] = {1, 1, 1};
-        const sc_march_tissue tissue = {
-            .diffuse = 1, .specular = 1, .roughness = roughness[i / ANGLES]};
+        const sc_march_tissue tissue = {.face = 1, .roughness = roughness[i / ANGLES]};
         const sc_reflector s =
             sc_reflector_of(&tissue, white, (double[3]){sqrt(1 - cosine * cosine), 0, cosine});
         double chosen = 0, even = 0, density = 0;
@@ -604,6 +638,45 @@ TEST(no_surface_gives_back_more_than_comes)
         assert_true(chosen < 1.002 && chosen > 0.5);
         assert_near(chosen, even, 0.06 * even);
         assert_true(density < 1.06); /* of what does not go below the surface */
+    }
+}
+
+/* Of what comes straight a coat reflects a twenty-fifth, and a smaller one as much less; white
+ * under it gives back all the rest, and light goes the same way to and fro. */
+TEST(a_coat_reflects_its_share)
+{
+    enum { COUNT = 20000 };
+    static const float coats[3] = {0.5F, 1, 1};
+    uint64_t seed = 7;
+
+    for (int i = 0; i < 9; i++) {
+        const sc_march_tissue tissue = {
+            .face = i % 3 == 2 ? 0.3F : 0, .roughness = 0.25F, .coat = coats[i % 3]};
+        const double cosine = i < 6 ? 1 : 0.3, out[3] = {sqrt(1 - cosine * cosine), 0, cosine};
+        const double rgb[3] = {i < 3 ? 0 : 1, 0, 0};
+        const sc_reflector s = sc_reflector_of(&tissue, rgb, out);
+        double sum = 0, to[3], fro[3];
+
+        for (int n = 0; n < COUNT; n++) {
+            const double point[2] = {random_real(&seed, 0, 1), random_real(&seed, 0, 1)};
+            double in[3], share[3], density;
+
+            sc_reflector_choose(&s, random_real(&seed, 0, 1), point, in);
+            density = sc_reflector_share(&s, in, share);
+            sum += density > 0 ? share[0] / density / COUNT : 0;
+            if (!(density > 0) || in[2] < 0.01)
+                continue;
+            sc_reflector_share(&s, in, to);
+            {
+                const sc_reflector back = sc_reflector_of(&tissue, rgb, in);
+
+                sc_reflector_share(&back, out, fro);
+            }
+            assert_near(to[0] * out[2], fro[0] * in[2], 1e-6 * (1 + to[0]));
+        }
+        assert_true(sum < 1.002);
+        if (!(tissue.face > 0)) /* a rough face loses a little */
+            assert_near(sum, i < 3 ? 0.04 * coats[i] : 1, i < 3 ? 0.001 : 0.005);
     }
 }
 

@@ -80,8 +80,8 @@ static sc_status add_tissues(const sc_ctx *ctx, const sc_panel *s, sc_text *text
                             (long long)s->volume.labels[id].value, t->visible, t->opacity,
                             t->opacity_auto, t->interior_opacity, t->rgb_linear[0],
                             t->rgb_linear[1], t->rgb_linear[2]));
-        SC_PASS(sc_text_add(ctx, text, " %.17g %.17g %.17g %x\n", t->material.diffuse,
-                            t->material.specular, t->material.roughness, planes_of(s, id)));
+        SC_PASS(sc_text_add(ctx, text, " %.17g %.17g %.17g %x\n", t->material.specular,
+                            t->material.roughness, t->material.coat, planes_of(s, id)));
         if (t->color_track || t->opacity_track || t->visible_track || t->offset_track)
             SC_PASS(sc_text_add(ctx, text, "%d %d %d %d\n", t->color_track, t->opacity_track,
                                 t->visible_track, t->offset_track));

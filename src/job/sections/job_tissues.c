@@ -117,14 +117,15 @@ const sc_key sc_tissue_keys[] = {
      .help = "strength of the smoothing of its surface, as render.smooth; the border between two "
              "tissues has the weaker of theirs",
      .low = 0, .high = SC_SMOOTH_MAX, HAS(smooth), .without = "render.smooth", .of_film = true},
-    {"diffuse", &sc_type_real, RULE(material.diffuse), NULL,
-     .help = "share of its colour that light brings out", .low = 0, .high = 2, HAS(diffuse),
-     .without = TEXT(SC_MATERIAL_DIFFUSE)},
     {"specular", &sc_type_real, RULE(material.specular), NULL, .help = "strength of highlights",
      .low = 0, .high = 2, HAS(specular), .without = TEXT(SC_MATERIAL_SPECULAR)},
     {"roughness", &sc_type_real, RULE(material.roughness), NULL,
      .help = "how rough its face is, as in Blender or glTF: the larger, the wider its highlights",
      .low = 0.1, .high = 1, HAS(roughness), .without = TEXT(SC_MATERIAL_ROUGHNESS)},
+    {"coat", &sc_type_real, RULE(material.coat), NULL,
+     .help = "a clear, smooth coat over it, as in Blender or glTF: sharp highlights, as of what is "
+             "wet; by paths it mirrors sky and lamp, too",
+     .low = 0, .high = 1, HAS(coat), .without = TEXT(SC_MATERIAL_COAT)},
     {0}};
 
 /* The key frames of an entry, and where a rule has their numbers. */

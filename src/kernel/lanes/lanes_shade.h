@@ -398,14 +398,13 @@ static inline void v_depth_cue(const sc_march_light *light, vf depth_mm, vf rgb[
 static inline void v_light(const sc_march *m, vi label, const v_spot *spot, vm on, vf out[3])
 {
     const sc_march_light *l = &m->light;
-    vf diffuse, shine, around, near = f_set(1), back = near;
+    vf shine, around, near = f_set(1), back = near;
 
     for (int i = 0; i < 3; i++)
         out[i] = v_tissue_floats(m, label,
                                  offsetof(sc_march_tissue, rgb) + (size_t)i * sizeof(float), on);
     if (l->flat)
         return;
-    diffuse = v_tissue_floats(m, label, offsetof(sc_march_tissue, diffuse), on);
     if (l->lamp_mm > 0) {
         near =
             l->lamp_mm * l->lamp_mm / (l->lamp_mm * l->lamp_mm + spot->depth_mm * spot->depth_mm);
@@ -421,7 +420,7 @@ static inline void v_light(const sc_march *m, vi label, const v_spot *spot, vm o
     around =
         (l->ambient * back + l->fill * spot->fill + l->head * (spot->head * near)) * spot->open;
     for (int i = 0; i < 3; i++)
-        out[i] = out[i] * (diffuse * (1 - spot->rim)) *
+        out[i] = out[i] * (1 - spot->rim) *
                      ((l->sky > 0 ? around + spot->around[i] : around) +
                       l->key * spot->key * spot->lit * (0.5f + 0.5f * spot->open)) +
                  shine;
