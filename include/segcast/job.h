@@ -55,6 +55,12 @@ enum { SC_OPACITY_LOCAL = 2 };
 /** How faces cut by clip planes are drawn. */
 typedef enum sc_caps { SC_CAPS_NONE, SC_CAPS_SOLID } sc_caps;
 
+/** A picture in place of the sky. */
+typedef struct sc_environment {
+    char file[SC_PATH_BYTES]; /**< empty: none */
+    double turn_deg;          /**< by which it is turned to the right */
+} sc_environment;
+
 /** How pictures are drawn; see sc_render_settings. */
 typedef struct sc_render_options {
     int surface;            /**< sc_surface */
@@ -219,10 +225,7 @@ typedef struct sc_job {
     sc_render_options render;
     sc_lighting light;
     sc_light_tracks light_tracks; /**< key frames, which replace values of light */
-    struct {
-        char file[SC_PATH_BYTES]; /**< a picture in place of the sky; empty: none */
-        double turn_deg;          /**< by which it is turned to the right */
-    } environment;
+    sc_environment environment;
     sc_animation animation;
     sc_overlays overlays;
     sc_farm_options farm;

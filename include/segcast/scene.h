@@ -158,11 +158,22 @@ typedef enum sc_light_method {
                         which takes a thousand times as long */
 } sc_light_method;
 
+/** Where a lamp stands, as far away as the sky, whose light is gathered or comes by paths. It is a
+ *  rectangle of even brightness; if it is not given, a disc before the body. */
+typedef struct sc_lamp {
+    bool is_given, follows; /**< follows: it stands to the camera, else to the body */
+    /** The direction to its middle, counted as of an orbit of the camera, but for a lamp that
+     * follows that from the camera: 0 is behind it, 90 at its right. */
+    double angle_deg, elevation_deg;
+    double width_deg, height_deg; /**< as seen from the tissues */
+} sc_lamp;
+
 /** The light of the whole picture. The lamps move with the camera, unless the light is global; a
  *  weak one from the right softens the shade of the key light. The strengths of ambient, key and
  *  head light are shares of full brightness. */
 typedef struct sc_lighting {
     sc_light_method method; /**< the same in all frames of a renderer */
+    sc_lamp lamp;           /**< the same */
     double ambient;         /**< the same from all directions */
     double key;             /**< from above the viewer's left shoulder */
     double head;            /**< from the eye */

@@ -552,15 +552,15 @@ static void note_places(const sc_yaml *root, sc_job *job)
     }
 }
 
-/* Resolve the path of the logo, which may stand at a place. */
-static sc_status resolve_logo(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
-                              sc_job *job)
+/* Resolve the path of a file, which may stand in a map: the logo at its place. */
+static sc_status resolve_or_first(const sc_ctx *ctx, const sc_job_sources *sources,
+                                  const sc_yaml *root, const char *key, char *path)
 {
-    const sc_yaml *node = sc_key_node(root, "overlays.logo");
+    const sc_yaml *node = sc_key_node(root, key);
 
     if (node && node->kind == SC_YAML_MAP)
         node = node->count ? node->items[0] : NULL;
-    return sc_resolve_path(ctx, sources, node, "overlays.logo", SC_PATH_FILE, job->overlays.logo);
+    return sc_resolve_path(ctx, sources, node, key, SC_PATH_FILE, path);
 }
 
 sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
@@ -589,15 +589,16 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
                          resolve_key(ctx, sources, root, "labels", SC_PATH_FILE, job->labels));
     if (!sc_goes_on(&status, inputs))
         return status;
-    (void)sc_goes_on(&status, resolve_logo(ctx, sources, root, job));
+    (void)sc_goes_on(&status,
+                     resolve_or_first(ctx, sources, root, "overlays.logo", job->overlays.logo));
     if (!job->color_by.has_measure)
         (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "color_by.values", SC_PATH_FILE,
                                               job->color_by.table));
     if (!sc_job_is_phantom(job->image.path))
         (void)sc_goes_on(
             &status, resolve_key(ctx, sources, root, "image.path", SC_PATH_INPUT, job->image.path));
-    (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "light.environment", SC_PATH_FILE,
-                                          job->environment.file));
+    (void)sc_goes_on(
+        &status, resolve_or_first(ctx, sources, root, "light.environment", job->environment.file));
     (void)sc_goes_on(&status, check_color_by(ctx, root, job));
     (void)sc_goes_on(&status, resolve_subjects(ctx, sources, root, job));
     (void)sc_goes_on(&status, check_compare(ctx, root, job));

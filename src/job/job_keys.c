@@ -158,8 +158,6 @@ static const sc_choice light_methods[] = {{"plain", SC_LIGHT_PLAIN},
                                           {"flat", SC_LIGHT_FLAT},
                                           {NULL, 0}};
 
-#define ENVIRONMENT(member) offsetof(sc_job, environment.member) - offsetof(sc_job, light)
-
 static const sc_key light_keys[] = {
     {"method", &sc_type_choice, LIGHT(method), "plain",
      .help =
@@ -172,17 +170,25 @@ static const sc_key light_keys[] = {
     {"ambient", STRENGTH(ambient), .fallback = "0.12",
      .help = "strength of the light from everywhere; with method: global from the sky", .low = 0,
      .high = 2},
-    {"environment", &sc_type_text, ENVIRONMENT(file), NULL,
+    {"environment", &sc_type_environment, offsetof(sc_job, environment) - offsetof(sc_job, light),
+     NULL,
      .help = "a Radiance file (.hdr), a picture of all directions in place of the sky, twice as "
              "wide as high, whose middle stands before the body; for method: global and path. Its "
-             "brightness is that of the sky, whatever its exposure",
-     .bytes = SC_PATH_BYTES, .outside_identity = true, .without = "the sky"},
-    {"environment_turn", &sc_type_real, ENVIRONMENT(turn_deg), "0",
-     .help = "how far that is turned about the axis of the body, to its right", .low = -360,
-     .high = 360, .unit = "degrees"},
+             "brightness is that of the sky, whatever its exposure. {room.hdr: 90}: it is turned "
+             "by 90 degrees about the axis of the body, to its right",
+     .bytes = SC_PATH_BYTES, .low = -360, .high = 360, .outside_identity = true,
+     .without = "the sky"},
+    {"lamp", &sc_type_lamp, LIGHT(lamp), NULL,
+     .help = "a rectangular lamp in place of the disc, for method: global and path, as far away as "
+             "the sky: where its middle stands, counted as camera.orbit.angle and elevation, and "
+             "how wide and high it is seen. camera: it moves with the camera, is behind it at "
+             "angle 0 and to its right at 90; with method: global light is then gathered anew "
+             "wherever the camera turns",
+     .high = 150, .unit = "degrees", .given = SC_GIVEN(sc_lighting, lamp.is_given),
+     .without = "a disc before the body, high and to its right"},
     {"key", STRENGTH(key), .fallback = "0.76",
      .help = "strength of the light from above the left shoulder of the viewer; with method: "
-             "global that of the lamp before the body",
+             "global that of the lamp",
      .low = 0, .high = 2},
     {"head", STRENGTH(head), .fallback = "0.3", .help = "strength of the light from the eye",
      .low = 0, .high = 2},

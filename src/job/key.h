@@ -108,6 +108,8 @@ extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_spa
     sc_type_tracked, sc_type_tracked_point, sc_type_tracked_direction, sc_type_tracked_bool,
     sc_type_key_bool, sc_type_tracked_strength, sc_type_kept_tissues, sc_type_merged_tissues,
     sc_type_volume, sc_type_overlap, sc_type_caption_text, sc_type_tracked_share;
+/* Types of the light. */
+extern const sc_value_type sc_type_lamp, sc_type_environment;
 /* Types of a film of shots. */
 extern const sc_value_type sc_type_shots, sc_type_transition, sc_type_card, sc_type_length,
     sc_type_slices, sc_type_frames;

@@ -43,9 +43,10 @@ static void set_sky(sc_renderer *r, bool inside)
     light->has_map = r->sky.map;
     memcpy(light->around, r->sky.around, sizeof light->around);
     light->lamp = light->key;
-    light->key *= SC_LAMP_MEAN_COSINE;
+    light->key *= (float)r->sky.lamp.mean_cosine;
     light->ambient = light->fill = 0;
-    memcpy(light->key_direction, sc_lamp_direction, sizeof light->key_direction);
+    for (int i = 0; i < 3; i++)
+        light->key_direction[i] = (float)r->sky.lamp.middle[i];
 }
 
 /* Set the lamps in r->march.light. The key light stands above the viewer's left shoulder, the fill
@@ -80,6 +81,7 @@ static void set_lamps(sc_renderer *r, const sc_scene *scene)
                   ? back
                   : sc_vec3_unit(sc_vec3_along(sc_vec3_along(back, 1.1, c->right), -0.35, c->up)),
               r->march.light.fill_direction);
+    sc_lamp_place(&r->sky, &l->lamp, c);
     set_sky(r, inside);
 }
 

@@ -7,9 +7,10 @@
 
 #include <string.h>
 
-/* Make the directions of all parts. */
+/* Make the directions of all parts, with those to the lamp of the present view. */
 static void make_directions(sc_gather *g)
 {
+    g->lamp = g->renderer->sky.lamp;
     for (uint32_t i = 0; i < SC_GATHER_PARTS * SC_GATHER_RAYS; i++) {
         const uint32_t part = i / SC_GATHER_RAYS, ray = i % SC_GATHER_RAYS;
         double point[2], direction[3];
@@ -19,7 +20,7 @@ static void make_directions(sc_gather *g)
             sc_cosine_direction(point, direction);
         } else {
             sc_sobol_point(part * SC_GATHER_LAMP + ray - SC_GATHER_DIRECTIONS, 3, point);
-            sc_lamp_point(point, direction);
+            sc_lamp_point(&g->lamp, point, direction);
         }
         for (int k = 0; k < 3; k++)
             g->directions[part][ray][k] = (float)direction[k];
@@ -241,11 +242,12 @@ static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_sce
     const bool again = g->is_known && same_tissues(g, SHOWN) && convex == g->is_convex &&
                        (convex || same_planes(scene, &g->scene)) &&
                        (light->lamp > 0) == (g->lamp_strength > 0);
-    const bool traced = again && same_tissues(g, OPACITIES);
+    const bool lamp_moves = memcmp(&g->lamp, &r->sky.lamp, sizeof g->lamp) != 0;
+    const bool stays = again && same_tissues(g, OPACITIES), traced = stays && !lamp_moves;
     const bool summed = traced && same_tissues(g, COLORS) && same_planes(scene, &g->scene) &&
                         light->sky == g->sky_strength && light->lamp == g->lamp_strength;
     /* The floor may lie beyond the planes. */
-    const bool lays_bare = traced && r->settings.floor && !same_planes(scene, &g->scene);
+    const bool lays_bare = stays && r->settings.floor && !same_planes(scene, &g->scene);
 
     for (int k = 0; k < SC_GATHER_FIELDS; k++)
         r->march.around[k] = g->fields[k].around;
@@ -260,6 +262,9 @@ static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_sce
     g->sky_strength = light->sky;
     g->lamp_strength = light->lamp;
     g->is_known = false;
+    g->lamp_moves = lamp_moves;
+    if (lamp_moves)
+        make_directions(g);
     if (!traced || lays_bare)
         sc_gather_trace(ctx, g, scene, again && !lays_bare, traced ? g->floor_first : 0);
     if (sc_gather_ends(g))
@@ -291,7 +296,9 @@ sc_light_change sc_light_between(const sc_scene *a, const sc_scene *b, int label
     const bool light = (changes & SC_CHANGED_LIGHT) != 0;
     const bool cuts = changes & SC_CHANGED_CUTS && !same_planes(a, b);
 
-    if (changes & SC_CHANGED_OPACITIES || (cuts && !(!floor && is_convex(a) && is_convex(b))) ||
+    if (changes & SC_CHANGED_OPACITIES ||
+        (changes & SC_CHANGED_CAMERA && a->look.light.lamp.follows) ||
+        (cuts && !(!floor && is_convex(a) && is_convex(b))) ||
         (light && (a->look.light.key > 0) != (b->look.light.key > 0)))
         return SC_LIGHT_NEW_RAYS;
     return cuts || light || changes & SC_CHANGED_COLORS ? SC_LIGHT_NEW_SUMS : SC_LIGHT_STAYS;

@@ -16,6 +16,7 @@
 #define SC_RENDER_GATHER_H
 
 #include "segcast/render.h"
+#include "sky.h"
 
 struct sc_renderer;
 
@@ -97,6 +98,8 @@ typedef struct sc_gather {
     bool is_known;  /* there has been one */
     bool is_convex; /* what its planes keep is convex, and the same for all tissues */
     float sky_strength, lamp_strength; /* intensities */
+    sc_lamp_frame lamp;                /* where the lamp stands; its rays go there */
+    bool lamp_moves;                   /* these are traced anew, whatever else is not */
     sc_scene scene;                    /* only its planes and clip sets are read */
     sc_march_tissue *tissues;          /* [label_count] as the march had them */
 } sc_gather;

@@ -29,6 +29,7 @@ static uint64_t hash_of(const sc_renderer *r, const sc_scene *scene)
 
     hash = sc_hash_bytes(&l->ambient, sizeof l->ambient, hash);
     hash = sc_hash_bytes(&l->key, sizeof l->key, hash);
+    hash = sc_hash_bytes(&r->sky.lamp, sizeof r->sky.lamp, hash);
     hash = sc_hash_bytes(&r->sky.gain, sizeof r->sky.gain, hash);
     hash = sc_hash_bytes(r->sky.coarse, sizeof r->sky.coarse, hash);
     hash = sc_hash_bytes(&r->march.box_low, sizeof r->march.box_low, hash);

@@ -348,7 +348,8 @@ void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, boo
         const size_t row = (size_t)g->direction * labels;
         const bool *absent = g->absent + row;
 
-        if (!again || memcmp(absent, g->absent_before + row, labels) != 0) {
+        if (!again || (g->lamp_moves && g->direction >= SC_GATHER_DIRECTIONS) ||
+            memcmp(absent, g->absent_before + row, labels) != 0) {
             if (!marked || memcmp(absent, marked, labels) != 0) {
                 g->absent_now = absent;
                 sc_gather_for(g, sc_brick_count(r->volume->bricks), 4096, mark_occupied);

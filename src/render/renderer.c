@@ -278,6 +278,7 @@ sc_status sc_renderer_gather(const sc_ctx *ctx, sc_renderer *r, const sc_scene *
     if (!gathers_light(r) || r->gather)
         return SC_OK;
     sc_begin_tissues(r, first);
+    sc_begin_scene(r, first, r->settings.height_px);
     status = change == SC_LIGHT_STAYS ? sc_gather_kept_path(ctx, r, first, prepared, &path) : SC_OK;
     SC_PASS(sc_team_agree(r->team, status));
     if (all_can(r, path)) {

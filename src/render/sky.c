@@ -7,39 +7,110 @@
 #include <string.h>
 
 #define PI 3.14159265358979323846
-/* The radius of the lamp, as a tangent: as a window of two metres seen from three. */
+/* The radius of the disc, as a tangent: as a window of two metres seen from three. */
 #define LAMP_RADIUS 0.3
 
-const float sc_lamp_direction[3] = {0.52F, 0.48F, 0.70655F};
+/* The direction to the middle of the disc: before the volume, high up and to its right, as that of
+ * the viewer stands who looks at it from before; and sc_lamp_frame.mean_cosine. */
+static const float disc_direction[3] = {0.52F, 0.48F, 0.70655F};
+#define DISC_MEAN_COSINE 0.97846F
 
-void sc_lamp_point(const double point[2], double out[3])
+static double dot(const double a[3], const double b[3])
 {
-    double n[3], t[3], b[3], disc[3], length = 0;
-
-    for (int k = 0; k < 3; k++)
-        n[k] = sc_lamp_direction[k];
-    sc_frame_about(n, t, b);
-    sc_cosine_direction(point, disc); /* whose shadow on the disc is even */
-    for (int k = 0; k < 3; k++) {
-        out[k] = n[k] + LAMP_RADIUS * (disc[0] * t[k] + disc[1] * b[k]);
-        length += out[k] * out[k];
-    }
-    for (int k = 0; k < 3; k++)
-        out[k] /= sqrt(length);
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* The density per solid angle of the directions of sc_lamp_point: even on the disc, which is seen
- * the smaller the farther from its middle. */
-static double lamp_density(const double d[3])
+/* Sine and cosine of any angle, to @p out. */
+static void sine_cosine_deg(double angle_deg, double out[2])
 {
-    double cosine = 0, square = 0;
+    const double turns = angle_deg / 360;
 
-    for (int k = 0; k < 3; k++) {
-        cosine += d[k] * sc_lamp_direction[k];
-        square += (double)sc_lamp_direction[k] * sc_lamp_direction[k];
+    sc_sine_cosine(2 * PI * (turns - floor(turns + 0.5)), &out[0], &out[1]);
+}
+
+/* @return the arc tangent of @p y / @p x. */
+static double arc(double y, double x)
+{
+    return 2 * PI * sc_part_of_turn(y, x);
+}
+
+void sc_lamp_place(sc_sky *sky, const sc_lamp *lamp, const sc_camera *camera)
+{
+    const sc_vec3 *r = &camera->right, *u = &camera->up, *f = &camera->forward;
+    const double axes[2][3][3] = {{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}, /* front, left, up; */
+                                  {{-f->x, -f->y, -f->z}, {r->x, r->y, r->z}, {u->x, u->y, u->z}}};
+    const double(*to)[3] = axes[lamp->follows];
+    double angle[2], elevation[2], width[2], height[2], a, b, aside, above;
+    sc_lamp_frame *out = &sky->lamp;
+
+    *out = (sc_lamp_frame){.mean_cosine = DISC_MEAN_COSINE};
+    for (int i = 0; i < 3; i++)
+        out->middle[i] = disc_direction[i];
+    if (!lamp->is_given)
+        return;
+    sine_cosine_deg(lamp->angle_deg, angle);
+    sine_cosine_deg(lamp->elevation_deg, elevation);
+    sine_cosine_deg(lamp->width_deg / 2, width);
+    sine_cosine_deg(lamp->height_deg / 2, height);
+    for (int i = 0; i < 3; i++) {
+        const double level = angle[1] * to[0][i] + angle[0] * to[1][i];
+
+        out->middle[i] = elevation[1] * level + elevation[0] * to[2][i];
+        out->right[i] = angle[1] * to[1][i] - angle[0] * to[0][i];
+        out->up[i] = elevation[1] * to[2][i] - elevation[0] * level;
     }
-    cosine /= sqrt(square);
-    if (!(cosine > 0) || 1 / (cosine * cosine) - 1 > LAMP_RADIUS * LAMP_RADIUS)
+    a = out->half[0] = width[0] / width[1];
+    b = out->half[1] = height[0] / height[1];
+    /* Its solid angle, and the same with each direction weighted by its cosine (Lambert 1760). */
+    aside = sqrt(1 + a * a);
+    above = sqrt(1 + b * b);
+    out->turn = 2 * arc(a * b, sqrt(1 + a * a + b * b));
+    out->tilt = b / above;
+    out->density = 1 / (2 * out->turn);
+    out->mean_cosine = 2 * (a / aside * arc(b, aside) + b / above * arc(a, above)) * out->density;
+}
+
+void sc_lamp_point(const sc_lamp_frame *lamp, const double point[2], double out[3])
+{
+    double t[3], b[3], at[3], length;
+
+    if (lamp->half[0] > 0) {
+        /* even in solid angle (Urena et al. 2013), about the middle */
+        double sine, cosine, x, far, y;
+
+        sc_sine_cosine((point[0] - 0.5) * lamp->turn, &sine, &cosine);
+        x = sine / lamp->tilt;
+        at[0] = x / sqrt(1 - x * x);
+        far = sqrt(1 + at[0] * at[0]);
+        y = (2 * point[1] - 1) * lamp->half[1] / sqrt(far * far + lamp->half[1] * lamp->half[1]);
+        at[1] = y * far / sqrt(1 - y * y);
+        for (int k = 0; k < 3; k++)
+            out[k] = lamp->middle[k] + at[0] * lamp->right[k] + at[1] * lamp->up[k];
+    } else {
+        sc_frame_about(lamp->middle, t, b);
+        sc_cosine_direction(point, at); /* whose shadow on the disc is even */
+        for (int k = 0; k < 3; k++)
+            out[k] = lamp->middle[k] + LAMP_RADIUS * (at[0] * t[k] + at[1] * b[k]);
+    }
+    length = sqrt(dot(out, out));
+    for (int k = 0; k < 3; k++)
+        out[k] /= length;
+}
+
+/* The density per solid angle of the directions of sc_lamp_point: of a disc even on it, which is
+ * seen the smaller the farther from its middle. */
+static double lamp_density(const sc_lamp_frame *lamp, const double d[3])
+{
+    const double cosine = dot(d, lamp->middle) / sqrt(dot(lamp->middle, lamp->middle));
+
+    if (!(cosine > 0))
+        return 0;
+    if (lamp->half[0] > 0)
+        return fabs(dot(d, lamp->right)) <= lamp->half[0] * cosine &&
+                       fabs(dot(d, lamp->up)) <= lamp->half[1] * cosine
+                   ? lamp->density
+                   : 0;
+    if (1 / (cosine * cosine) - 1 > LAMP_RADIUS * LAMP_RADIUS)
         return 0;
     return 1 / (PI * LAMP_RADIUS * LAMP_RADIUS * cosine * cosine * cosine);
 }
@@ -282,7 +353,7 @@ void sc_add_light_from(const sc_sky *sky, const sc_march_light *light, const dou
                        double sum[3])
 {
     /* The lamp brings a surface that faces it as much as white gives back. */
-    const double lamp = light->lamp > 0 ? PI * light->lamp * lamp_density(d) : 0;
+    const double lamp = light->lamp > 0 ? PI * light->lamp * lamp_density(&sky->lamp, d) : 0;
     double rgb[3];
 
     rgb[0] = rgb[1] = rgb[2] = SC_SKY_MEAN + SC_SKY_UP * d[2];
@@ -313,7 +384,7 @@ double sc_choose_light(const sc_sky *sky, const sc_march_light *light, double wh
     const double chance = lamp_chance(sky, light);
 
     if (which < chance)
-        sc_lamp_point(point, out);
+        sc_lamp_point(&sky->lamp, point, out);
     else if (sky->map)
         choose_by_map(sky, point, out);
     else
@@ -325,6 +396,6 @@ double sc_light_density(const sc_sky *sky, const sc_march_light *light, const do
 {
     const double chance = lamp_chance(sky, light);
 
-    return (chance > 0 ? chance * lamp_density(d) : 0) +
+    return (chance > 0 ? chance * lamp_density(&sky->lamp, d) : 0) +
            (sky->map ? (1 - chance) * map_density(sky, d) : 0);
 }

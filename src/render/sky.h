@@ -6,17 +6,22 @@
 
 #include "segcast/render.h"
 
-/* The direction to the middle of the lamp: before the volume, high up and to its right, as that of
- * the viewer stands who looks at it from before. */
-extern const float sc_lamp_direction[3];
-/* The mean cosine between that and the directions to the points of the lamp: so much of what would
- * come to a surface from its middle alone comes from all of it. */
-#define SC_LAMP_MEAN_COSINE 0.97846F
+/* The lamp of a view: a rectangle, or a disc. It is part of the name of kept light, byte by byte.
+ */
+typedef struct sc_lamp_frame {
+    double middle[3], right[3], up[3]; /* directions, RAS; right and up of a rectangle only */
+    double half[2];                    /* of its width and height, as tangents; 0: it is a disc */
+    double turn, tilt;                 /* for points of a rectangle: see sc_lamp_point */
+    double density;                    /* of directions to these, per solid angle */
+    double mean_cosine; /* between the middle and the directions to all points: so much of what
+                           would come to a surface from its middle alone comes from all of it */
+} sc_lamp_frame;
 
 enum { SC_SKY_COLUMNS = 64, SC_SKY_ROWS = 32 };
 /* A picture of all directions in place of the sky. As much light comes from all of it together as
  * from the sky. Without a picture map is NULL, and nothing else is set. */
 typedef struct sc_sky {
+    sc_lamp_frame lamp;     /* of the present view, by sc_lamp_place; the rest is of all of them */
     const sc_panorama *map; /* borrowed */
     float gain;             /* what its pixels are multiplied by */
     double turn;            /* part of a turn by which it is turned to the right of the body */
@@ -34,9 +39,10 @@ void sc_sky_clear(sc_sky *sky);
 /* @return the bytes that it has allocated. */
 uint64_t sc_sky_bytes(const sc_sky *sky);
 
-/* The direction to the point of the lamp, a disc, that belongs to a point of the unit square, to
- * @p out. */
-void sc_lamp_point(const double point[2], double out[3]);
+/* Place the lamp for a view. */
+void sc_lamp_place(sc_sky *sky, const sc_lamp *lamp, const sc_camera *camera);
+/* The direction to the point of the lamp that belongs to a point of the unit square, to @p out. */
+void sc_lamp_point(const sc_lamp_frame *lamp, const double point[2], double out[3]);
 /* The radiance of the sky of intensity 1 in a direction, to @p out: blurred, for few rays that
  * stand for many. */
 void sc_sky_blurred(const sc_sky *sky, const float d[3], float out[3]);

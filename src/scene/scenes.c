@@ -47,7 +47,8 @@ static bool cuts_differ(const sc_scene *a, const sc_scene *b)
            differ(a->clip_sets, b->clip_sets, sizeof a->clip_sets);
 }
 
-/* light.method, which is the same in a film, is left out, with the gap behind it. */
+/* light.method and light.lamp, which are the same in a film, are left out, with the gaps in them.
+ */
 unsigned sc_scene_changes(const sc_scene *a, const sc_scene *b, int label_count)
 {
     const size_t labels = (size_t)label_count;

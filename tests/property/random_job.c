@@ -839,10 +839,16 @@ static void put_shadows(struct maker *maker, const char *arg)
         put_scene_number(maker, "0:1");
 }
 
+static void put_lamp(struct maker *maker, const char *arg)
+{
+    add(maker, "{%s: [%d, %d, %d, %d]}", chance(maker, 50) ? "body" : "camera",
+        whole(maker, -180, 180), whole(maker, -30, 80), whole(maker, 1, 90), whole(maker, 1, 90));
+}
+
 static const struct row light_rows[] = {
     {"method", 100, put_method, "plain|global|global|global|flat|path"},
-    {"environment", 20, put_word, "sky.hdr"},
-    {"environment_turn", 20, put_number, "-90:90"},
+    {"environment", 20, put_word, "sky.hdr|{sky.hdr: 70}"},
+    {"lamp", 30, put_lamp, NULL},
     {"ambient", 20, put_scene_number, "0:1"},
     {"key", 20, put_scene_number, "0:1"},
     {"head", 20, put_scene_number, "0:1"},
