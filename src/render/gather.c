@@ -234,6 +234,16 @@ static bool same_tissues(const sc_gather *g, tissue_share share)
     return same;
 }
 
+/* @return whether a lamp stands where it did; its shape is the same in a film. */
+static bool same_lamp(const sc_lamp_frame *a, const sc_lamp_frame *b)
+{
+    bool same = true;
+
+    for (int i = 0; i < 3; i++)
+        same = same && a->middle[i] == b->middle[i] && a->right[i] == b->right[i];
+    return same;
+}
+
 /* As sc_gather_scene. @param ctx as of sc_gather_trace. */
 static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_scene *scene)
 {
@@ -242,7 +252,7 @@ static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_sce
     const bool again = g->is_known && same_tissues(g, SHOWN) && convex == g->is_convex &&
                        (convex || same_planes(scene, &g->scene)) &&
                        (light->lamp > 0) == (g->lamp_strength > 0);
-    const bool lamp_moves = memcmp(&g->lamp, &r->sky.lamp, sizeof g->lamp) != 0;
+    const bool lamp_moves = !same_lamp(&g->lamp, &r->sky.lamp);
     const bool stays = again && same_tissues(g, OPACITIES), traced = stays && !lamp_moves;
     const bool summed = traced && same_tissues(g, COLORS) && same_planes(scene, &g->scene) &&
                         light->sky == g->sky_strength && light->lamp == g->lamp_strength;
