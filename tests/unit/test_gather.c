@@ -230,7 +230,7 @@ static double redness(const sc_image *image, int x)
 {
     double red = 0, blue = 0;
 
-    for (int y = MIDDLE - 8; y <= MIDDLE + 8; y++) {
+    for (int y = MIDDLE - 20; y <= MIDDLE + 20; y++) {
         red += light_at(image, x, y, 0);
         blue += light_at(image, x, y, 2);
     }
@@ -245,7 +245,7 @@ TEST_BY_EACH_METHOD(colour_goes_from_wall_to_floor)
     SC_OWN(sc_image_clear) sc_image image = {0};
 
     s.tissues[2].rgb_linear[1] = s.tissues[2].rgb_linear[2] = 0;
-    image = draw_cross(&s, &scene, 8);
+    image = draw_cross(&s, &scene, 20);
     assert_true(redness(&image, 24) > 1.1);
     assert_true(redness(&image, 76) < 1.03);
     for (int x = 0; x < SIDE; x++)
