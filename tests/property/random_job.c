@@ -333,19 +333,22 @@ static void put_text(struct maker *maker, const char *arg)
 
 #define PLACES "top-left|top|top-right|bottom-left|bottom|bottom-right"
 
-/* A text, or key frames of some. */
+/* A text, or key frames of some, each of which is shown in a frame. */
 static void put_line(struct maker *maker, const char *arg)
 {
+    const int frame = (10 + maker->frames - 2) / (maker->frames - 1); /* in tenths, rounded up */
+    const int at = whole(maker, 1, 4);
+
     if (chance(maker, 50)) {
         put_text(maker, arg);
         return;
     }
     add(maker, "{0%%: %s, ", chance(maker, 50) ? "none" : "first");
-    put_time(maker, whole(maker, 1, 4));
+    put_time(maker, at);
     add(maker, ": ");
     put_text(maker, arg);
     add(maker, ", ");
-    put_time(maker, whole(maker, 5, 9));
+    put_time(maker, whole(maker, at + frame < 5 ? 5 : at + frame, 9));
     add(maker, ": %s}", chance(maker, 50) ? "none" : "last");
 }
 
