@@ -129,12 +129,14 @@ sc_status measure_cliff(const sc_ctx *ctx, size_t n, const drawing *how, cliff *
     drawing drawn = *how;
     SC_OWN(sc_volume_clear) sc_volume voxels = {0};
     double changes[STEPS_MAX], *depths[2];
-    SC_OWN(sc_free_at) void *probes = NULL, *block = NULL;
+    SC_OWN(sc_free_at) void *probes = NULL;
+    SC_OWN(sc_free_at) double *both = NULL;
 
     *out = (cliff){.shape = s.name, .by_noise = by_noise};
     SC_PASS(sc_alloc(ctx, RAYS, sizeof(probe), &probes));
-    SC_PASS(SC_ALLOC(ctx, 2 * RAYS, &depths[0]));
-    depths[1] = depths[0] + RAYS;
+    SC_PASS(SC_ALLOC(ctx, 2 * RAYS, &both));
+    depths[0] = both;
+    depths[1] = both + RAYS;
     SC_PASS(shape_volume(ctx, &s, how->threads, &voxels));
     for (int i = 0; i <= steps; i++) {
         const double share = (double)i / steps;
