@@ -162,8 +162,8 @@ typedef enum sc_light_method {
  *  rectangle of even brightness; if it is not given, a disc before the body. */
 typedef struct sc_lamp {
     bool is_given, follows; /**< follows: it stands to the camera, else to the body */
-    /** The direction to its middle, counted as of an orbit of the camera, but for a lamp that
-     * follows that from the camera: 0 is behind it, 90 at its right. */
+    /** The direction to its middle, by the angles of the camera's orbit. Of a lamp that follows the
+     * camera they are relative to the camera: at angle 0 it is behind it, at 90 to its right. */
     double angle_deg, elevation_deg;
     double width_deg, height_deg; /**< as seen from the tissues */
 } sc_lamp;

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-/* sc_lamp: what it stands to, and four numbers. */
+/* Read a sc_lamp: to what it is fixed, body or camera; angle, elevation, width and height. */
 static sc_status read_lamp(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     const sc_key any = {.type = key->type, .low = -360, .high = 360};
@@ -50,7 +50,7 @@ const sc_value_type sc_type_lamp = {
               "}, additionalProperties: false, minProperties: 1, maxProperties: 1}",
 };
 
-/* sc_environment: a path, or one and how far it is turned. */
+/* Read a sc_environment: the path of a picture, or a map from it to the angle of its turn. */
 static sc_status read_environment(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                   void *value)
 {

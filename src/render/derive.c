@@ -18,9 +18,9 @@ static uint8_t shown(const sc_render_settings *s, const sc_tissue *tissue)
                      (interior ? SC_SHOW_INTERIOR : 0));
 }
 
-/* Set how a tissue shines. Kernels draw one highlight for face and coat, as strong as both
- * together: the lobe of Blinn and Phong that is as wide as that of GGX (Walter et al. 2007), of the
- * mean width of the two. */
+/* Set the highlights of a tissue. Kernels draw one Blinn-Phong lobe for face and coat: its strength
+ * is the sum of theirs, its width the mean of their GGX widths, weighted by strength; the exponent
+ * follows from the width (Walter et al. 2007). */
 static void set_highlight(const sc_material *material, sc_march_tissue *to)
 {
     const double coat = material->coat * (SC_COAT_SHARE / SC_FACE_SHARE);

@@ -134,9 +134,9 @@ void sc_floor_spread(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Move a point that a line of sight meets at floor or wall, under the curve between them, onto
- * that.
- * @return whether the line comes from above it. */
+/* Where a cove curves from its floor to its wall, find the point of the curve that a line of sight
+ * reaches. @param at set to the point. @param normal set to the normal of the curve there.
+ * @return whether the line reaches the upper side of the curve. */
 static bool meet_curve(const sc_floor *f, const sc_sight *sight, sc_vec3 *at, double normal[3])
 {
     const sc_vec3 *d = &sight->direction;

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-/* Make the directions of all parts, with those to the lamp of the present view. */
+/* Compute the ray directions of all parts, to the sky and to the lamp as it stands in this view. */
 static void make_directions(sc_gather *g)
 {
     g->lamp = g->renderer->sky.lamp;

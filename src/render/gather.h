@@ -67,8 +67,8 @@ typedef struct sc_gather {
     size_t count; /* of places: those of the outer field come first, points of the floor last */
     size_t floor_first; /* number of the first of these; count without one */
     float (*floor)[3];  /* [SC_FLOOR_SIDE][SC_FLOOR_SIDE] see sc_floor.light */
-    /* what comes along the rays of a point of the floor if all are free: the same for every eighth
-     * of a row, which have one normal and one part of the net */
+    /* the light that a point of the floor gets if nothing blocks its rays. Every SC_FLOOR_PARTSth
+     * point of a row has the same, as it has the same normal and the same ray directions. */
     float floor_free[SC_FLOOR_SIDE][SC_FLOOR_PARTS][3];
     sc_gather_place *places;
     /* [SC_GATHER_PARTS] those all around about the z axis, those to the lamp as they are, RAS */

@@ -40,13 +40,13 @@ typedef struct sc_facets {
     double width;           /* above 0, to 1 */
 } sc_facets;
 
-/* How a surface gives light back: evenly from what is below its face, from that, and from a coat
- * over both. Directions are those of its own frame, whose third axis
- * is its normal, and lead away from it. */
+/* How a surface reflects light: diffusely from its body, and by microfacets from its rough face and
+ * from the coat above. Directions lead away from the surface, in a frame whose third axis is its
+ * normal. */
 typedef struct sc_reflector {
     double albedo[3]; /* of what is below the face, 0 to 1 */
     sc_facets face, coat;
-    double out[3]; /* whereto light goes: its third component above 0 */
+    double out[3]; /* the direction of the reflected light; its third component is above 0 */
 } sc_reflector;
 
 /* @return the reflector of a tissue that goes towards @p out. @param rgb linear. */

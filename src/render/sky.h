@@ -12,7 +12,7 @@ typedef struct sc_lamp_frame {
     double middle[3], right[3], up[3]; /* directions, RAS; right and up of a rectangle only */
     double half[2];                    /* of its width and height, as tangents; 0: it is a disc */
     double turn, tilt;                 /* for points of a rectangle: see sc_lamp_point */
-    double density;                    /* of directions to these, per solid angle */
+    double density;     /* probability density of such points' directions, per steradian */
     double mean_cosine; /* between the middle and the directions to all points: so much of what
                            would come to a surface from its middle alone comes from all of it */
 } sc_lamp_frame;

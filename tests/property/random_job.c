@@ -336,7 +336,7 @@ static void put_text(struct maker *maker, const char *arg)
 /* A text, or key frames of some, each of which is shown in a frame. */
 static void put_line(struct maker *maker, const char *arg)
 {
-    const int frame = (10 + maker->frames - 2) / (maker->frames - 1); /* in tenths, rounded up */
+    const int tenths_per_frame = (10 + maker->frames - 2) / (maker->frames - 1); /* rounded up */
     const int at = whole(maker, 1, 4);
 
     if (chance(maker, 50)) {
@@ -348,7 +348,7 @@ static void put_line(struct maker *maker, const char *arg)
     add(maker, ": ");
     put_text(maker, arg);
     add(maker, ", ");
-    put_time(maker, whole(maker, at + frame < 5 ? 5 : at + frame, 9));
+    put_time(maker, whole(maker, at + tenths_per_frame < 5 ? 5 : at + tenths_per_frame, 9));
     add(maker, ": %s}", chance(maker, 50) ? "none" : "last");
 }
 

@@ -690,8 +690,8 @@ TEST(no_surface_gives_back_more_than_comes)
     }
 }
 
-/* Of what comes straight a coat reflects a twenty-fifth, and a smaller one as much less; white
- * under it gives back all the rest, and light goes the same way to and fro. */
+/* At normal incidence a full coat reflects 4 %, a partial one its share of that. With a white body
+ * below no energy is lost, and the reflectance is reciprocal. */
 TEST(a_coat_reflects_its_share)
 {
     enum { COUNT = 20000 };
@@ -721,7 +721,7 @@ TEST(a_coat_reflects_its_share)
             assert_near(share[0] * out[2], fro[0] * in[2], 1e-6 * (1 + share[0]));
         }
         assert_true(sum < 1.002);
-        if (!(tissue.face > 0)) /* a rough face loses a little */
+        if (!(tissue.face > 0)) /* a rough face loses some energy: single scattering only */
             assert_near(sum, i < 3 ? 0.04 * coats[i] : 1, i < 3 ? 0.001 : 0.005);
     }
 }
