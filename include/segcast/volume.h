@@ -89,6 +89,28 @@ static inline uint32_t sc_volume_id(const sc_volume *volume, size_t voxel)
     return volume->label_bytes == 1 ? ((const uint8_t *)volume->ids)[voxel]
                                     : ((const uint16_t *)volume->ids)[voxel];
 }
+/** Read the dense ids of @p count voxels that follow each other in memory, from index @p voxel on,
+ * to to[count]. Any thread. */
+static inline void sc_volume_read_ids(const sc_volume *volume, size_t voxel, size_t count,
+                                      uint16_t *to)
+{
+    const uint8_t *from = (const uint8_t *)volume->ids + voxel;
+    size_t i = 0;
+
+    if (volume->label_bytes == 2) {
+        memcpy(to, (const uint16_t *)volume->ids + voxel, count * sizeof *to);
+        return;
+    }
+    for (; i + 8 <= count; i += 8) { /* one vector each: bytes in memory may change with a store */
+        uint8_t eight[8];
+
+        memcpy(eight, from + i, sizeof eight);
+        for (int k = 0; k < 8; k++)
+            to[i + k] = eight[k];
+    }
+    for (; i < count; i++)
+        to[i] = from[i];
+}
 /** @return the number of voxels, from the size alone. */
 size_t sc_volume_voxels(const sc_volume *volume);
 /** @return a hash of ids, label values, size and geometry, independent of names, colours and

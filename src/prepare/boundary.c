@@ -82,7 +82,7 @@ static bool is_near_outside(const sc_volume *v, int x, int y, int z)
             const size_t row = ((size_t)k * (size_t)v->size[1] + (size_t)j) * (size_t)v->size[0];
 
             for (int i = low[0]; i <= high[0]; i++) {
-                if (sc_id_at(v, row + (size_t)i))
+                if (sc_volume_id(v, row + (size_t)i))
                     return true;
             }
         }
@@ -111,7 +111,7 @@ static void extend_box(sc_label_stats *s, int x0, int x1, int y, int z)
  * index of the voxel in column 0. */
 static int end_of_run(const sc_volume *v, size_t row, int x)
 {
-    const uint32_t id = sc_id_at(v, row + (size_t)x);
+    const uint32_t id = sc_volume_id(v, row + (size_t)x);
     const size_t each = (size_t)v->label_bytes, stride = 8 / each;
     const uint64_t same = id * (each == 1 ? 0x0101010101010101u : 0x0001000100010001u);
     const char *ids = (const char *)v->ids + row * each;
@@ -125,7 +125,7 @@ static int end_of_run(const sc_volume *v, size_t row, int x)
             break;
         end += (int)stride;
     }
-    while (end < v->size[0] && sc_id_at(v, row + (size_t)end) == id)
+    while (end < v->size[0] && sc_volume_id(v, row + (size_t)end) == id)
         end++;
     return end;
 }
@@ -139,7 +139,7 @@ static void count_row(const finder *f, int y, int z, sc_label_stats *stats)
     const size_t row = ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)nx;
 
     for (int x = 0, end; x < nx; x = end) {
-        const uint32_t id = sc_id_at(v, row + (size_t)x);
+        const uint32_t id = sc_volume_id(v, row + (size_t)x);
 
         end = end_of_run(v, row, x);
         stats[id].voxels += (uint64_t)(end - x);

@@ -30,7 +30,7 @@ static int follow(const sc_volume *v, const bool *removed, size_t index, ptrdiff
 
     *hides = false;
     for (int i = 0; i < count; i++, index += (size_t)step) {
-        const int id = (int)sc_id_at(v, index);
+        const int id = (int)sc_volume_id(v, index);
 
         if (id == 0 || removed[id] || id == first)
             continue;

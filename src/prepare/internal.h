@@ -37,35 +37,6 @@ struct sc_preparation {
     sc_stored stored;     /* of sc_preparation_derive; its arrays are the team's, and owned */
 };
 
-/* The dense id of the voxel at an index of the volume, which is not checked. */
-static inline uint32_t sc_id_at(const sc_volume *volume, size_t index)
-{
-    return volume->label_bytes == 1 ? ((const uint8_t *)volume->ids)[index]
-                                    : ((const uint16_t *)volume->ids)[index];
-}
-
-/* Copy the dense ids of @p count voxels, a multiple of eight, from an index of the volume on to
- * @p to. */
-static inline void sc_copy_ids(const sc_volume *v, size_t index, int count, uint16_t *to)
-{
-    const uint8_t *bytes = (const uint8_t *)v->ids + index;
-
-    if (v->label_bytes == 2) {
-        memcpy(to, (const uint16_t *)v->ids + index, (size_t)count * sizeof *to);
-        return;
-    }
-#ifdef __SSE2__
-    for (int x = 0; x < count; x += 8) /* compilers copy bytes one by one: they might overlap */
-        _mm_storeu_si128(
-            (__m128i *)(void *)(to + x),
-            _mm_unpacklo_epi8(_mm_loadl_epi64((const __m128i *)(const void *)(bytes + x)),
-                              _mm_setzero_si128()));
-#else
-    for (int x = 0; x < count; x++)
-        to[x] = bytes[x];
-#endif
-}
-
 /* @return bits that tell which of eight labels are @p id, the first in the lowest bit. */
 static inline uint32_t sc_equal_bits(const uint16_t ids[8], uint32_t id)
 {
@@ -87,8 +58,8 @@ static inline uint32_t sc_id_or_background(const sc_volume *v, int x, int y, int
 {
     if (x < 0 || y < 0 || z < 0 || x >= v->size[0] || y >= v->size[1] || z >= v->size[2])
         return 0;
-    return sc_id_at(v,
-                    ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x);
+    return sc_volume_id(v, ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] +
+                               (size_t)x);
 }
 
 /* @p at limited to the voxels of an axis, 0 to @p size - 1. */

@@ -63,12 +63,12 @@ static void add_faces(const surface_sum *s, const int voxel[3])
     const size_t strides[3] = {1, (size_t)v->size[0], (size_t)v->size[0] * (size_t)v->size[1]};
     const size_t index =
         (size_t)voxel[2] * strides[2] + (size_t)voxel[1] * strides[1] + (size_t)voxel[0];
-    const uint32_t id = sc_id_at(v, index);
+    const uint32_t id = sc_volume_id(v, index);
 
     for (int axis = 0; axis < 3; axis++) {
         const bool is_last = voxel[axis] + 1 == v->size[axis];
         const int ends = is_last + (voxel[axis] == 0);
-        const uint32_t next = is_last ? id : sc_id_at(v, index + strides[axis]);
+        const uint32_t next = is_last ? id : sc_volume_id(v, index + strides[axis]);
 
         if (ends)
             s->sums[id] +=

@@ -50,9 +50,9 @@ static void rows_pass(void *user, size_t begin, size_t end, int thread)
 
     for (size_t row = begin; row < end; row++) {
         for (size_t x = row * nx, stop; x < (row + 1) * nx; x = stop) {
-            const uint32_t id = sc_id_at(v, x);
+            const uint32_t id = sc_volume_id(v, x);
 
-            for (stop = x; stop < (row + 1) * nx && sc_id_at(v, stop) == id; stop++) {
+            for (stop = x; stop < (row + 1) * nx && sc_volume_id(v, stop) == id; stop++) {
             }
             for (size_t i = x; i < stop; i++) {
                 const size_t left = i - x + 1, right = stop - i;
@@ -185,16 +185,6 @@ static inline void rows_to_lines(const lines *l, size_t i, uint16_t rows[TOGETHE
     }
 }
 
-/* Copy @p count labels that lie side by side, from @p at on, none behind them being read. */
-static inline void copy_row(const sc_volume *v, size_t at, size_t count, uint16_t *to)
-{
-    const size_t whole = count & ~(size_t)7; /* sc_copy_ids copies eight at a time */
-
-    sc_copy_ids(v, at, (int)whole, to);
-    for (size_t x = whole; x < count; x++)
-        to[x] = (uint16_t)sc_id_at(v, at + x);
-}
-
 /* Copy labels and distances of lines to a workspace. @return whether any label is not that of the
  * background. */
 static bool fetch_lines(const transform *t, const lines *l, const workspace *w)
@@ -207,7 +197,7 @@ static bool fetch_lines(const transform *t, const lines *l, const workspace *w)
             const size_t at = l->base + (i + k) * l->stride;
 
             fetch_ahead(t, l, i + k + TOGETHER);
-            copy_row(t->p->volume, at, l->columns, ids[k]);
+            sc_volume_read_ids(t->p->volume, at, l->columns, ids[k]);
             memcpy(distance[k], t->distance + at, l->columns * sizeof distance[0][0]);
             for (size_t x = 0; x < l->columns; x++)
                 any |= ids[k][x];
@@ -269,7 +259,7 @@ static bool climb(const transform *t, int at[3])
     const sc_volume *v = t->p->volume;
     const size_t nx = (size_t)v->size[0], plane = nx * (size_t)v->size[1];
     const size_t index = (size_t)at[2] * plane + (size_t)at[1] * nx + (size_t)at[0];
-    const uint32_t id = sc_id_at(v, index);
+    const uint32_t id = sc_volume_id(v, index);
     uint16_t deepest = t->distance[index];
     int best = -1;
 
@@ -280,7 +270,7 @@ static bool climb(const transform *t, int at[3])
         if (i < 0 || j < 0 || k < 0 || i >= v->size[0] || j >= v->size[1] || k >= v->size[2])
             continue;
         other = (size_t)k * plane + (size_t)j * nx + (size_t)i;
-        if (t->distance[other] > deepest && sc_id_at(v, other) == id) {
+        if (t->distance[other] > deepest && sc_volume_id(v, other) == id) {
             deepest = t->distance[other];
             best = n;
         }

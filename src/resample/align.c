@@ -52,10 +52,10 @@ static void fetch_slice(const slices *s, size_t z, uint16_t *to)
         const size_t row = view->offset[s->axes[2]][z] + along_y[y];
 
         if (is_run) {
-            read_ids(view->v, row + along_x[0], nx, to);
+            sc_volume_read_ids(view->v, row + along_x[0], (size_t)nx, to);
         } else {
             for (int x = 0; x < nx; x++)
-                to[x] = (uint16_t)id_of_voxel(view->v, row + along_x[x]);
+                to[x] = (uint16_t)sc_volume_id(view->v, row + along_x[x]);
         }
         to += nx;
     }

@@ -79,8 +79,8 @@ static bool is_source(const between_work *w, size_t at)
 {
     const sc_volume *against = w->in == w->a ? w->b : w->a;
 
-    return (int)id_of_voxel(w->in, at) == w->id &&
-           (!w->moved || (int)id_of_voxel(against, at) != w->id);
+    return (int)sc_volume_id(w->in, at) == w->id &&
+           (!w->moved || (int)sc_volume_id(against, at) != w->id);
 }
 
 /* @return the index in the volume of the first voxel of row @p row of the field. */
@@ -288,15 +288,15 @@ static sc_status list_changes(const sc_ctx *ctx, between_work *w)
     size_t count = 0;
 
     for (size_t at = 0; at < voxels; at++) {
-        count += id_of_voxel(w->a, at) != id_of_voxel(w->b, at);
-        w->voxels[id_of_voxel(w->a, at)]++;
+        count += sc_volume_id(w->a, at) != sc_volume_id(w->b, at);
+        w->voxels[sc_volume_id(w->a, at)]++;
     }
     if (!count)
         return SC_OK;
     SC_PASS(check_memory(ctx, w->a, count, 0));
     SC_PASS(SC_ALLOC(ctx, count, &w->result->all));
     for (size_t at = 0; at < voxels; at++) {
-        const uint32_t ids[2] = {id_of_voxel(w->a, at), id_of_voxel(w->b, at)};
+        const uint32_t ids[2] = {sc_volume_id(w->a, at), sc_volume_id(w->b, at)};
         const int voxel[3] = {(int)(at % nx), (int)(at / nx % ny), (int)(at / nx / ny)};
 
         if (ids[0] == ids[1])
@@ -348,7 +348,7 @@ static bool touches_what_stays(const between_work *w, size_t at, int id)
             continue;
         other = ((size_t)near[2] * (size_t)size[1] + (size_t)near[1]) * (size_t)size[0] +
                 (size_t)near[0];
-        if ((int)id_of_voxel(w->a, other) == id && (int)id_of_voxel(w->b, other) == id)
+        if ((int)sc_volume_id(w->a, other) == id && (int)sc_volume_id(w->b, other) == id)
             return true;
     }
     return false;
@@ -493,7 +493,7 @@ static float refined(const sc_volume *v, const ball *b, const change *c, int own
             inside = along >= 0 && along < v->size[k];
             at = at * (size_t)v->size[k] + (size_t)along;
         }
-        found = inside ? (int)id_of_voxel(v, at) : own;
+        found = inside ? (int)sc_volume_id(v, at) : own;
         counts[0] += found == own;
         counts[1] += found == id;
     }

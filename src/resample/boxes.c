@@ -34,10 +34,10 @@ static void box_layers(void *user, size_t begin, size_t end, int thread)
             const size_t row = ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0];
 
             for (int x = 0, last; x < v->size[0]; x = last + 1) {
-                const uint32_t id = id_of_voxel(v, row + (size_t)x);
+                const uint32_t id = sc_volume_id(v, row + (size_t)x);
 
                 for (last = x;
-                     last + 1 < v->size[0] && id_of_voxel(v, row + (size_t)last + 1) == id;)
+                     last + 1 < v->size[0] && sc_volume_id(v, row + (size_t)last + 1) == id;)
                     last++;
                 grow_box(&boxes[id], x, last, y, z);
             }

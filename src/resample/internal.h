@@ -7,27 +7,6 @@
 
 /* Functions that take a team are collective in it, and return the same on all its ranks. */
 
-/* @return the dense id of a voxel by its index. */
-static inline uint32_t id_of_voxel(const sc_volume *v, size_t index)
-{
-    return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[index]
-                               : ((const uint16_t *)v->ids)[index];
-}
-
-/* Read the ids of @p count voxels one after the other in the memory of a volume, from @p index,
- * to @p to. */
-static inline void read_ids(const sc_volume *v, size_t index, int count, uint16_t *restrict to)
-{
-    if (v->label_bytes == 1) {
-        const uint8_t *restrict from = (const uint8_t *)v->ids + index;
-
-        for (int x = 0; x < count; x++)
-            to[x] = from[x];
-    } else {
-        memcpy(to, (const uint16_t *)v->ids + index, (size_t)count * sizeof *to);
-    }
-}
-
 /* Set copies and phase of those axes of @p grid along which voxels were copied. @return
  * SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_resample_find_copies(const sc_ctx *ctx, sc_team *team, const sc_volume *v,

@@ -471,8 +471,8 @@ static sc_status fill_stack(const sc_ctx *ctx, const sc_volume *v, int axis, sta
         for (size_t y = 0; y < (size_t)s->size[1]; y++) {
             for (size_t x = 0; x < (size_t)s->size[0]; x++)
                 *to++ =
-                    (uint16_t)id_of_voxel(v, x * strides[order.of[0]] + y * strides[order.of[1]] +
-                                                 z * strides[order.of[2]]);
+                    (uint16_t)sc_volume_id(v, x * strides[order.of[0]] + y * strides[order.of[1]] +
+                                                  z * strides[order.of[2]]);
         }
     }
     return SC_OK;

@@ -147,9 +147,9 @@ static double share_of(const vote_work *w, const int at[3], uint32_t id)
                 if (x < 0 || y < 0 || z < 0 || x >= v->size[0] || y >= v->size[1] ||
                     z >= v->size[2])
                     continue;
-                if (id_of_voxel(v,
-                                ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] +
-                                    (size_t)x) == id)
+                if (sc_volume_id(v,
+                                 ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] +
+                                     (size_t)x) == id)
                     share += weight;
             }
         }
@@ -184,7 +184,7 @@ static uint32_t elect(const vote_work *w, vote_room *room, const int at[3], bool
 
                 if (weights[0][i] == 0)
                     continue;
-                id = id_of_voxel(v, row + (size_t)(a[0].begin[at[0]] + i));
+                id = sc_volume_id(v, row + (size_t)(a[0].begin[at[0]] + i));
                 if (!room->seen[id])
                     room->met[met++] = id;
                 room->seen[id] = true;
@@ -219,7 +219,7 @@ static void fill_rows(void *user, size_t begin, size_t end, int thread)
         for (; at[0] < a[0].count; at[0]++) {
             const int old[3] = {a[0].nearest[at[0]], a[1].nearest[at[1]], a[2].nearest[at[2]]};
             const size_t to = row * (size_t)a[0].count + (size_t)at[0];
-            const uint32_t nearest = id_of_voxel(
+            const uint32_t nearest = sc_volume_id(
                 v, ((size_t)old[2] * (size_t)v->size[1] + (size_t)old[1]) * (size_t)v->size[0] +
                        (size_t)old[0]);
             uint32_t id = elect(w, &w->rooms[thread], at, false);

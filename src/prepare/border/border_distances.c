@@ -93,15 +93,11 @@ static void read_labels(const sc_volume *v, const int low[3], workspace *w)
             if (vy < 0 || vz < 0 || vy >= v->size[1] || vz >= v->size[2])
                 continue;
             row = ((size_t)vz * (size_t)v->size[1] + (size_t)vy) * (size_t)v->size[0];
-            if (v->label_bytes == 1) {
-                const uint8_t *from = (const uint8_t *)v->ids + (ptrdiff_t)row + x0;
-
-                for (int x = begin; x < end; x++)
-                    to[x] = from[x];
-            } else {
-                memcpy(to + begin, (const uint16_t *)v->ids + (ptrdiff_t)row + x0 + begin,
-                       (size_t)(end - begin) * sizeof *to);
-            }
+            if (end - begin == EDGE) /* a length that the compiler knows */
+                sc_volume_read_ids(v, row + (size_t)x0, EDGE, to);
+            else
+                sc_volume_read_ids(v, row + (size_t)(x0 + begin), (size_t)(end - begin),
+                                   to + begin);
         }
     }
     for (int k = 0; k < SC_CUBE * SC_CUBE; k++)

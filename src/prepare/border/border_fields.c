@@ -135,12 +135,12 @@ void sc_read_group_ids(const sc_volume *v, const int low[3], sc_group_ids *out)
         uint16_t *to = out->at[k / SC_IDS_EDGE][k % SC_IDS_EDGE];
 
         if (low[0] >= 1 && low[0] - 1 + SC_IDS_ROW <= v->size[0]) {
-            sc_copy_ids(v, row + (size_t)(low[0] - 1), SC_IDS_ROW, to);
+            sc_volume_read_ids(v, row + (size_t)(low[0] - 1), SC_IDS_ROW, to);
             continue;
         }
         for (int x = 0; x < SC_IDS_EDGE; x++)
-            to[x] =
-                (uint16_t)sc_id_at(v, row + (size_t)sc_nearest_voxel(low[0] + x - 1, v->size[0]));
+            to[x] = (uint16_t)sc_volume_id(
+                v, row + (size_t)sc_nearest_voxel(low[0] + x - 1, v->size[0]));
     }
 }
 

@@ -63,12 +63,12 @@ static void find_blocks_in(const sc_volume *v, const int low[3], const sc_sub_la
         const size_t row = ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0];
 
         if (low[0] >= 1 && low[0] - 1 + ROW <= v->size[0]) {
-            sc_copy_ids(v, row + (size_t)(low[0] - 1), ROW, ids[k]);
+            sc_volume_read_ids(v, row + (size_t)(low[0] - 1), ROW, ids[k]);
             continue;
         }
         for (int x = 0; x < ROW; x++)
-            ids[k][x] =
-                (uint16_t)sc_id_at(v, row + (size_t)sc_nearest_voxel(low[0] + x - 1, v->size[0]));
+            ids[k][x] = (uint16_t)sc_volume_id(
+                v, row + (size_t)sc_nearest_voxel(low[0] + x - 1, v->size[0]));
     }
     for (int i = 0; i < (all ? list->count : SUB * SUB * SUB); i++) {
         const uint16_t id =

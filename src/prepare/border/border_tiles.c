@@ -58,7 +58,7 @@ static void add_cube(const sc_volume *v, const int low[3], label_set *set)
             const size_t row = ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0];
 
             for (int x = begin[0]; x < high[0]; x++) {
-                const uint32_t id = sc_id_at(v, row + (size_t)x);
+                const uint32_t id = sc_volume_id(v, row + (size_t)x);
 
                 if (id != last)
                     add_label(set, (uint16_t)id);

@@ -109,26 +109,29 @@ typedef struct relabel_work {
     const int *map;
 } relabel_work;
 
-/* An sc_range_fn over voxels: replaces their ids. @p user is a relabel_work. What stays as it is,
- * is not written, so that pages of background alone are never touched. */
+/* An sc_range_fn over voxels: replaces their ids, a run of equal ones at a time. @p user is a
+ * relabel_work. What stays as it is, is not written, so that pages of background alone are never
+ * touched. */
 static void relabel_range(void *user, size_t begin, size_t end, int thread)
 {
     const relabel_work *w = user;
+    const char *from = (const char *)w->from + begin * (size_t)w->from_bytes;
+    uint16_t *wide = (uint16_t *)w->to + begin;
+    const int count = (int)(end - begin);
 
-    for (size_t i = begin; i < end && w->to_bytes == 1; i++) {
-        uint8_t *id = (uint8_t *)w->to + i;
-        const int becomes = w->map[*id];
+    for (int i = 0, next; i < count; i = next) {
+        int64_t id;
+        int becomes;
 
-        if (becomes != *id)
-            *id = (uint8_t)becomes;
-    }
-    for (size_t i = begin; i < end && w->to_bytes == 2; i++) {
-        uint16_t *id = (uint16_t *)w->to + i;
-        const int becomes = w->map[w->from_bytes == 1 ? ((const uint8_t *)w->from)[i]
-                                                      : ((const uint16_t *)w->from)[i]];
-
-        if (becomes != *id)
-            *id = (uint16_t)becomes;
+        next =
+            sc_run_end(w->from_bytes == 1 ? SC_VOXEL_UINT8 : SC_VOXEL_UINT16, from, i, count, &id);
+        becomes = w->map[id];
+        if (w->to == w->from ? becomes == id : !becomes)
+            continue;
+        if (w->to_bytes == 1)
+            memset((uint8_t *)w->to + begin + i, becomes, (size_t)(next - i));
+        for (int k = i; k < next && w->to_bytes == 2; k++)
+            wide[k] = (uint16_t)becomes;
     }
 }
 
