@@ -261,6 +261,14 @@ SC_ALWAYS_INLINE void sc_read_cells(const sc_borders *b, const float (*array)[SC
     sc_extrapolate(b, tile, SC_CUBE_CELLS, halo, out);
 }
 
+/* @return @p value, or the end of [low, high] beyond which it lies. */
+static inline float sc_clip(float value, float low, float high)
+{
+    const float above = value < low ? low : value;
+
+    return above > high ? high : above;
+}
+
 /* @return a number of the array fine, to the nearest step. */
 static inline int16_t sc_to_fine(float value)
 {
@@ -356,8 +364,11 @@ SC_ALWAYS_INLINE void sc_sum_rows(const float *rows, int edge, float beside, flo
 
     for (int i = 0; i < less * edge - 2; i++)
         sums[i] = beside * (rows[i] + rows[i + 2]) + middle * rows[i + 1];
-    for (int y = 0; y < less; y++)
-        memcpy(out + (size_t)(y * less), sums + (size_t)(y * edge), (size_t)less * sizeof *out);
+    for (int y = 0; y < less; y++) { /* in parts, as long ones are copied a word at a time */
+        for (int x = 0; x < less; x += 4)
+            memcpy(out + y * less + (x > less - 4 ? less - 4 : x),
+                   sums + y * edge + (x > less - 4 ? less - 4 : x), 4 * sizeof *out);
+    }
 }
 
 /* Filter a region of @p edge elements along each axis by the binomial 1-2-1, to @p out, with two

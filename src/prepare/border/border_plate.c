@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The smoothest field: the energy of a thin plate, |(I - B) field|^2 with the binomial filter B, is
- * lowered by projected gradient steps, field <- clip(2 B field - B^2 field). The box to which it is
- * clipped is half a drawn step to both sides of the data, a drawn step being two voxels. Steps have
- * momentum (Nesterov 1983, Beck and Teboulle 2009), which makes six of them worth twice as
+ * lowered by projected gradient steps, field <- sc_clip(2 B field - B^2 field). The box to which it
+ * is clipped is half a drawn step to both sides of the data, a drawn step being two voxels. Steps
+ * have momentum (Nesterov 1983, Beck and Teboulle 2009), which makes six of them worth twice as
  * many. First all fields are made so at cells of two voxels. That is the answer where both sides of
  * the border are thick. Where one is thinner, voxels decide, from that answer on, in a box of half
  * a voxel, so that each keeps its side; between the two the fields are blended. */
@@ -27,13 +27,6 @@ typedef struct stepper {
     float momentum;
 } stepper;
 
-static inline float clip(float value, float low, float high)
-{
-    const float above = value < low ? low : value;
-
-    return above > high ? high : above;
-}
-
 /* Take a step with row (y, z) of a tile. @param once, twice the filtered rows. */
 static inline void step_row(const stepper *s, size_t tile, int row, const float *once,
                             const float *twice)
@@ -44,7 +37,7 @@ static inline void step_row(const stepper *s, size_t tile, int row, const float 
     float now[SC_CUBE_CELLS], next[SC_CUBE_CELLS];
 
     for (int x = 0; x < SC_CUBE_CELLS; x++) {
-        now[x] = clip(2 * once[x] - twice[x], data[x] - box[x], data[x] + box[x]);
+        now[x] = sc_clip(2 * once[x] - twice[x], data[x] - box[x], data[x] + box[x]);
         next[x] = now[x] + momentum * (now[x] - value[x]);
     }
     memcpy(value, now, sizeof now);
@@ -106,7 +99,7 @@ SC_ALWAYS_INLINE void step_voxels(float *region, int edge, const float *low, con
             float *to = region + (z * less + y) * less;
 
             for (int x = 0; x < less; x++)
-                to[x] = clip(2 * one[x] - to[x], low[at + x], high[at + x]);
+                to[x] = sc_clip(2 * one[x] - to[x], low[at + x], high[at + x]);
         }
     }
 }
@@ -164,7 +157,8 @@ SC_ALWAYS_INLINE void store_coarse(const sc_borders *b, size_t tile, refining *r
         for (int x = 0; x < SC_CUBE; x++) {
             const float width = squares[k * SC_CUBE + x] ? SC_CELL_BOX : SC_BOX_FREE;
 
-            to[k * SC_CUBE + x] = sc_to_fine(clip(from[x], middle[x] - width, middle[x] + width));
+            to[k * SC_CUBE + x] =
+                sc_to_fine(sc_clip(from[x], middle[x] - width, middle[x] + width));
         }
     }
 }
@@ -197,10 +191,10 @@ SC_ALWAYS_INLINE void store_blend(const sc_borders *b, size_t tile, refining *r)
             const float low = r->low[at + x], high = r->high[at + x];
             const float half = 0.5f * (high - low), middle = 0.5f * (low + high);
             const float off = from[x] - middle;
-            const float back = clip(2 * half - fabsf(off), 0, half);
+            const float back = sc_clip(2 * half - fabsf(off), 0, half);
 
-            from[x] = clip(from[x], low - more, high + more);
-            r->region[at + x] = clip(middle + clip(off, -back, back), low, high);
+            from[x] = sc_clip(from[x], low - more, high + more);
+            r->region[at + x] = sc_clip(middle + sc_clip(off, -back, back), low, high);
         }
     }
     for (int i = 0; i < FINE_STEPS; i++)

@@ -47,13 +47,6 @@ typedef struct smoother {
     quarters *difference; /* the largest one to cells in each quarter, in half drawn steps */
 } smoother;
 
-static inline float clip(float value, float low, float high)
-{
-    const float above = value < low ? low : value;
-
-    return above > high ? high : above;
-}
-
 /* Take means of the cells of tiles [begin, end), to s->mean; an sc_range_fn on a smoother. */
 static void average_tiles(void *user, size_t begin, size_t end, int thread)
 {
@@ -68,9 +61,9 @@ static void average_tiles(void *user, size_t begin, size_t end, int thread)
             float sum = 0;
 
             for (int n = 0; n < 8; n++)
-                sum +=
-                    clip(low[((n >> 2) * SC_CUBE_CELLS + (n >> 1 & 1)) * SC_CUBE_CELLS + (n & 1)],
-                         -SC_FAR, SC_FAR);
+                sum += sc_clip(
+                    low[((n >> 2) * SC_CUBE_CELLS + (n >> 1 & 1)) * SC_CUBE_CELLS + (n & 1)],
+                    -SC_FAR, SC_FAR);
             s->mean[tile][i] = 0.125f * sum;
         }
     }
@@ -89,7 +82,7 @@ SC_WIDE_VECTORS static void filter_tiles(void *user, size_t begin, size_t end, i
         sc_read_tile_volumes(b, s->mean[0], tile, BLURS, constants, region);
         sc_extrapolate(b, tile, SC_CUBE_QUARTERS, BLURS, region);
         for (int i = 0; i < BLURRED * BLURRED * BLURRED; i++)
-            region[i] = clip(region[i], -SC_FAR, SC_FAR);
+            region[i] = sc_clip(region[i], -SC_FAR, SC_FAR);
         for (int i = 0; i < BLURS; i++)
             sc_binomial(region, BLURRED - 2 * i, region);
         for (int i = 0; i < SC_TILE_QUARTERS; i++)
@@ -277,8 +270,8 @@ SC_WIDE_VECTORS static void find_slopes(void *user, size_t begin, size_t end, in
             slope_at(wide + at, out->slope, &bent);
             out->share =
                 sc_cell_share(strength) *
-                clip((BENT_FROM - bent) * (1 / (BENT_FROM - BENT_ALL)), 0, 1) *
-                clip((NEAR_FROM - differences[i] / more) * (1 / (NEAR_FROM - NEAR_ALL)), 0, 1);
+                sc_clip((BENT_FROM - bent) * (1 / (BENT_FROM - BENT_ALL)), 0, 1) *
+                sc_clip((NEAR_FROM - differences[i] / more) * (1 / (NEAR_FROM - NEAR_ALL)), 0, 1);
             s->mean[tile][i] = out->share;
         }
     }
@@ -312,7 +305,7 @@ SC_WIDE_VECTORS static void blend_tiles(void *user, size_t begin, size_t end, in
 
             if (fabsf(data) < MOVED)
                 b->value[tile][i] =
-                    clip(old + share[at] * (smooth[i] - old), data - box, data + box);
+                    sc_clip(old + share[at] * (smooth[i] - old), data - box, data + box);
         }
     }
 }

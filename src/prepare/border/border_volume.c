@@ -19,9 +19,7 @@ enum {
 /* @return @p share limited to -1/2 and 1/2: a voxel is at least empty and at most full. */
 static inline float limited(float share)
 {
-    const float above = share < -0.5f ? -0.5f : share;
-
-    return above > 0.5f ? 0.5f : above;
+    return sc_clip(share, -0.5f, 0.5f);
 }
 
 typedef float four_floats __attribute__((vector_size(4 * sizeof(float))));
@@ -123,13 +121,8 @@ SC_WIDE_VECTORS static void move_cells(void *user, size_t begin, size_t end, int
             const float *box = b->box[tile] + k * SC_CUBE_CELLS;
             float *value = b->value[tile] + k * SC_CUBE_CELLS, to[SC_CUBE_CELLS];
 
-            for (int x = 0; x < SC_CUBE_CELLS; x++) {
-                const float moved = value[x] + by[x];
-                const float low = data[x] - box[x], high = data[x] + box[x];
-                const float above = moved < low ? low : moved;
-
-                to[x] = above > high ? high : above;
-            }
+            for (int x = 0; x < SC_CUBE_CELLS; x++)
+                to[x] = sc_clip(value[x] + by[x], data[x] - box[x], data[x] + box[x]);
             memcpy(value, to, sizeof to);
         }
     }
@@ -223,11 +216,9 @@ SC_ALWAYS_INLINE void move_row(const sc_borders *b, size_t tile, int cell, const
     sc_distances_of(squares, SC_CUBE, middle);
     for (int x = 0; x < SC_CUBE; x++) {
         const float width = squares[x] ? half[x] : SC_BOX_FREE;
-        const float low = middle[x] - width, high = middle[x] + width;
         const float to = sc_of_fine(fine[x]) + (1 - share[x]) * by[x];
-        const float above = to < low ? low : to;
 
-        moved[x] = above > high ? high : above;
+        moved[x] = sc_clip(to, middle[x] - width, middle[x] + width);
     }
     for (int x = 0; x < SC_CUBE; x++)
         fine[x] = sc_to_fine(moved[x]);
