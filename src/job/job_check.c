@@ -149,57 +149,17 @@ static sc_status check_fixed(const sc_ctx *ctx, const sc_yaml *root, const sc_jo
     return SC_OK;
 }
 
-/* An aperture needs rays that meet in an eye, and a picture of all directions its size, and neither
- * parts beside it nor what tells a scale. */
+/* A picture of all directions is twice as wide as high. */
 static sc_status check_projection(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
 {
-    const sc_orbit *camera = &job->animation.camera;
     const int *size_px = job->output.size_px;
-    sc_status status = SC_OK;
 
-    if (camera->optics.aperture_mm > 0 && camera->projection != SC_PERSPECTIVE)
-        (void)sc_goes_on(&status,
-                         sc_yaml_fail(ctx, sc_key_node(root, "animation.camera.aperture_mm"),
-                                      "aperture_mm: an %s picture is sharp everywhere; expected "
-                                      "projection: perspective, or aperture_mm: 0",
-                                      camera->projection == SC_ORTHOGRAPHIC ? "orthographic"
-                                                                            : "equirectangular"));
-    if (camera->projection != SC_EQUIRECTANGULAR)
-        return status;
-    if (size_px[0] != 2 * size_px[1])
-        (void)sc_goes_on(
-            &status,
-            sc_yaml_fail(ctx, sc_key_node(root, "animation.camera.projection"),
-                         "projection: an equirectangular picture is twice as wide as high, but "
-                         "output.size is %d x %d; expected for example size: [%d, %d]",
-                         size_px[0], size_px[1], 2 * (size_px[0] / 2), size_px[0] / 2));
-    if (job->animation.slices.are_shown || job->has_compare)
-        (void)sc_goes_on(&status,
-                         sc_yaml_fail(ctx, sc_key_node(root, "animation.camera.projection"),
-                                      "projection: an equirectangular picture fills the frame; "
-                                      "expected no %s, or another projection",
-                                      job->has_compare ? "compare" : "slices"));
-    if (job->overlays.scale_bar)
-        (void)sc_goes_on(
-            &status,
-            sc_yaml_fail(
-                ctx, sc_key_node(root, "overlays.scale_bar"),
-                "scale_bar: an equirectangular picture has no scale; expected scale_bar: none"));
-    return status;
-}
-
-/* Shadows fall on the floor where light is gathered or comes by paths. */
-static sc_status check_stage(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
-{
-    const int method = job->light.method;
-
-    if (job->render.stage == SC_GROUND_NONE ||
-        (job->render.surface == SC_SURFACE_SMOOTH &&
-         (method == SC_LIGHT_GLOBAL || method == SC_LIGHT_PATH)))
+    if (job->animation.camera.projection != SC_EQUIRECTANGULAR || size_px[0] == 2 * size_px[1])
         return SC_OK;
-    return sc_yaml_fail(ctx, sc_key_node(root, "render.stage"),
-                        "stage: no shadow would fall on it; expected light.method: global or path, "
-                        "surface: smooth, or stage: none");
+    return sc_yaml_fail(ctx, sc_key_node(root, "animation.camera.projection"),
+                        "projection: an equirectangular picture is twice as wide as high, but "
+                        "output.size is %d x %d; expected for example size: [%d, %d]",
+                        size_px[0], size_px[1], 2 * (size_px[0] / 2), size_px[0] / 2);
 }
 
 /* ---- verbs of the camera ---- */
@@ -208,6 +168,18 @@ static sc_status check_stage(const sc_ctx *ctx, const sc_yaml *root, const sc_jo
 static sc_status fail_verb(const sc_ctx *ctx, const sc_verb *verb, const char *text)
 {
     return sc_fail(ctx, SC_ERR_DATA, "%s%s%s", verb->where, verb->where[0] ? ": " : "", text);
+}
+
+/* Does a verb overlap in time with one of the same kind before it? */
+static bool overlaps(const sc_job *job, size_t index)
+{
+    const sc_verb *verb = &job->verbs[index];
+    bool any = false;
+
+    for (const sc_verb *other = job->verbs; other < verb; other++)
+        any = any ||
+              (other->kind == verb->kind && other->begin < verb->end && verb->begin < other->end);
+    return any;
 }
 
 /* A hold needs an orbit that turns in the rest of the time, and a time of its own. */
@@ -228,34 +200,27 @@ static sc_status check_hold(const sc_ctx *ctx, const sc_job *job, size_t index)
         return fail_verb(ctx, hold,
                          "hold: it lasts for the whole animation, so that there is no time to "
                          "turn; expected a part of it, or turns: 0");
-    for (size_t i = 0; i < index; i++) {
-        const sc_verb *other = &job->verbs[i];
-
-        if (other->kind == SC_VERB_HOLD && other->begin < hold->end && hold->begin < other->end)
-            return fail_verb(ctx, hold,
-                             "hold: it overlaps with another hold; expected one that begins when "
-                             "the other has ended, or one for both");
-    }
+    if (overlaps(job, index))
+        return fail_verb(ctx, hold,
+                         "hold: it overlaps with another hold; expected one that begins when the "
+                         "other has ended, or one for both");
     return SC_OK;
 }
 
 /* Warn of verbs that do nothing, because the camera flies or stands where a flight has ended. */
 static void warn_of_flight(const sc_ctx *ctx, const sc_job *job, const sc_verb *fly)
 {
+    const unsigned stilled = 1u << SC_VERB_ORBIT | 1u << SC_VERB_ROCK | 1u << SC_VERB_FRAME |
+                             1u << SC_VERB_DOLLY | 1u << SC_VERB_HOLD;
+
     for (size_t i = 0; i < job->verb_count; i++) {
         const sc_verb *verb = &job->verbs[i];
-        const char *name = verb->kind == SC_VERB_ORBIT   ? "orbit"
-                           : verb->kind == SC_VERB_ROCK  ? "rock"
-                           : verb->kind == SC_VERB_FRAME ? "frame"
-                           : verb->kind == SC_VERB_DOLLY ? "dolly"
-                           : verb->kind == SC_VERB_HOLD  ? "hold"
-                                                         : NULL;
 
-        if (name && verb->begin >= fly->begin)
+        if (stilled >> verb->kind & 1u && verb->begin >= fly->begin)
             sc_warn(ctx,
                     "%s%s%s: it does nothing, because the camera flies by then, or stays where the "
                     "flight has ended; another shot may begin with it",
-                    verb->where, verb->where[0] ? ": " : "", name);
+                    verb->where, verb->where[0] ? ": " : "", sc_verb_keys[verb->kind].name);
     }
 }
 
@@ -271,14 +236,10 @@ static sc_status check_fly(const sc_ctx *ctx, const sc_job *job, size_t index)
         return fail_verb(ctx, fly,
                          "fly: from middle to middle there have to be two tissues or more; "
                          "expected for example fly: [left atrium, left ventricle]");
-    for (size_t i = 0; i < index; i++) {
-        const sc_verb *other = &job->verbs[i];
-
-        if (other->kind == SC_VERB_FLY && other->begin < fly->end && fly->begin < other->end)
-            return fail_verb(ctx, fly,
-                             "fly: it overlaps with another fly; expected one that begins when the "
-                             "other has ended");
-    }
+    if (overlaps(job, index))
+        return fail_verb(ctx, fly,
+                         "fly: it overlaps with another fly; expected one that begins when the "
+                         "other has ended");
     warn_of_flight(ctx, job, fly);
     if (fly->has_tissues || fly->through_count > 1)
         return SC_OK;
@@ -387,21 +348,17 @@ static sc_status check_turns(const sc_ctx *ctx, const sc_yaml *root, sc_job *job
         turns, step_deg, turns, turns / 360);
 }
 
-/* Refuse a colour bar without values, and a column without a table. */
+/* Refuse a column without a table. */
 static sc_status check_color_by(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
 {
     const sc_color_by *by = &job->color_by;
 
-    if (job->overlays.color_bar && !sc_color_by_any(by))
-        return sc_yaml_fail(ctx, sc_key_node(root, "overlays.color_bar"),
-                            "color_bar: tissues are not coloured by values; expected color_by, "
-                            "such as color_by: {values: thickness}");
-    if (by->has_measure && (by->column[0] || job->color_columns.steps.count))
-        return sc_yaml_fail(ctx, sc_key_node(root, "color_by.column"),
-                            "column is \"%s\", but the values are a measure, and come from no "
-                            "table; expected the path of one as values, or no column",
-                            by->column[0] ? by->column : job->color_columns.columns[0]);
-    return SC_OK;
+    if (!by->has_measure || (!by->column[0] && !job->color_columns.steps.count))
+        return SC_OK;
+    return sc_yaml_fail(ctx, sc_key_node(root, "color_by.column"),
+                        "column is \"%s\", but the values are a measure, and come from no "
+                        "table; expected the path of one as values, or no column",
+                        by->column[0] ? by->column : job->color_columns.columns[0]);
 }
 
 /* @return the node of @p key, such as "volume", of the comparison's subject @p i (of
@@ -416,31 +373,17 @@ static const sc_yaml *compare_node(const sc_yaml *root, int i, const char *key)
     return strcmp(key, "volume") != 0 ? NULL : node;
 }
 
-/* Choose the layout; a comparison has no slices. */
+/* Choose the layout, and refuse what a comparison cannot have by its number of volumes. */
 static sc_status check_compare(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
 {
-    const sc_yaml *node = sc_key_node(root, "compare");
     sc_status status = SC_OK;
 
     if (job->animation.slices.are_shown)
         job->output.layout = SC_LAYOUT_VIEWS;
     if (!job->has_compare)
         return SC_OK;
-    sc_note_where(node, job->compare.where, sizeof job->compare.where);
-    if (job->animation.slices.are_shown)
-        (void)sc_goes_on(
-            &status,
-            sc_yaml_fail(ctx, sc_key_node(root, "animation.slices"),
-                         "slices: a comparison has none; expected slices: none, or no compare"));
+    sc_note_where(sc_key_node(root, "compare"), job->compare.where, sizeof job->compare.where);
     job->output.layout = SC_LAYOUT_COMPARE;
-    if (job->has_shots)
-        (void)sc_goes_on(&status, sc_yaml_fail(ctx, node,
-                                               "compare: a film of shots shows one volume; "
-                                               "expected a job without shots, or no compare"));
-    if (job->phase_count)
-        (void)sc_goes_on(&status, sc_yaml_fail(ctx, node,
-                                               "compare: a series of volumes (cine) cannot be "
-                                               "compared; expected one volume, or no compare"));
     for (int i = 0; i < job->compare.count && !job->has_image; i++) {
         if (job->compare.others[i].image[0])
             (void)sc_goes_on(
@@ -449,17 +392,67 @@ static sc_status check_compare(const sc_ctx *ctx, const sc_yaml *root, sc_job *j
                              "image: the job itself has none, which says how it is shown; expected "
                              "for example image: {path: before.nii.gz} at the top of the job"));
     }
-    if (job->has_color_by)
-        (void)sc_goes_on(&status,
-                         sc_yaml_fail(ctx, node,
-                                      "compare: tissues that are coloured by values (color_by) "
-                                      "cannot be compared; expected no color_by, or no compare"));
     if (job->compare.has_divider && job->compare.count > 1)
         (void)sc_goes_on(&status,
                          sc_yaml_fail(ctx, sc_key_node(root, "compare.divider"),
                                       "divider: it parts two volumes, but there are %d; expected "
                                       "one volume under compare.with, or no divider",
                                       job->compare.count + 1));
+    return status;
+}
+
+/* Refuse values that do not go together. */
+static sc_status check_together(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
+{
+    static const char projection[] = "animation.camera.projection";
+    static const char aperture[] = "animation.camera.aperture_mm";
+    const sc_orbit *camera = &job->animation.camera;
+    const bool compares = job->has_compare, slices = job->animation.slices.are_shown;
+    const bool all_around = camera->projection == SC_EQUIRECTANGULAR;
+    const bool has_shadows =
+        job->render.surface == SC_SURFACE_SMOOTH &&
+        (job->light.method == SC_LIGHT_GLOBAL || job->light.method == SC_LIGHT_PATH);
+    const struct {
+        bool is_made;
+        const char *key, *text;
+    } mistakes[] = {
+        {job->overlays.color_bar && !sc_color_by_any(&job->color_by), "overlays.color_bar",
+         "color_bar: tissues are not coloured by values; expected color_by, such as color_by: "
+         "{values: thickness}"},
+        {compares && slices, "animation.slices",
+         "slices: a comparison has none; expected slices: none, or no compare"},
+        {compares && job->has_shots, "compare",
+         "compare: a film of shots shows one volume; expected a job without shots, or no compare"},
+        {compares && job->phase_count, "compare",
+         "compare: a series of volumes (cine) cannot be compared; expected one volume, or no "
+         "compare"},
+        {compares && job->has_color_by, "compare",
+         "compare: tissues that are coloured by values (color_by) cannot be compared; expected no "
+         "color_by, or no compare"},
+        {camera->optics.aperture_mm > 0 && camera->projection == SC_ORTHOGRAPHIC, aperture,
+         "aperture_mm: an orthographic picture is sharp everywhere; expected projection: "
+         "perspective, or aperture_mm: 0"},
+        {camera->optics.aperture_mm > 0 && all_around, aperture,
+         "aperture_mm: an equirectangular picture is sharp everywhere; expected projection: "
+         "perspective, or aperture_mm: 0"},
+        {all_around && compares, projection,
+         "projection: an equirectangular picture fills the frame; expected no compare, or another "
+         "projection"},
+        {all_around && slices && !compares, projection,
+         "projection: an equirectangular picture fills the frame; expected no slices, or another "
+         "projection"},
+        {all_around && job->overlays.scale_bar, "overlays.scale_bar",
+         "scale_bar: an equirectangular picture has no scale; expected scale_bar: none"},
+        {job->render.stage != SC_GROUND_NONE && !has_shadows, "render.stage",
+         "stage: no shadow would fall on it; expected light.method: global or path, surface: "
+         "smooth, or stage: none"}};
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < SC_COUNT_OF(mistakes); i++) {
+        if (mistakes[i].is_made)
+            (void)sc_goes_on(&status, sc_yaml_fail(ctx, sc_key_node(root, mistakes[i].key), "%s",
+                                                   mistakes[i].text));
+    }
     return status;
 }
 
@@ -603,7 +596,7 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     (void)sc_goes_on(&status, resolve_subjects(ctx, sources, root, job));
     (void)sc_goes_on(&status, check_compare(ctx, root, job));
     (void)sc_goes_on(&status, check_projection(ctx, root, job));
-    (void)sc_goes_on(&status, check_stage(ctx, root, job));
+    (void)sc_goes_on(&status, check_together(ctx, root, job));
     if (inputs != SC_OK || is_source_misspelt(root))
         job->volume[0] = '\0'; /* so that nobody looks for its tissues */
     (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "output.directory", SC_PATH_OUTPUT,
