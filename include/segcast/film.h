@@ -18,11 +18,11 @@ typedef struct sc_panel_looks {
     double *column_values;   /**< [job.color_columns.steps.count][label_count]: the values of the
                                 key frames of columns; NULL: there are none */
     float level_linear[256]; /**< with them: levels of sRGB in linear light */
-    sc_fade *fades;          /**< [fade_count], what verbs do to tissues */
+    sc_change *fades;        /**< [fade_count], what verbs do to tissues */
     size_t fade_count;       /**< of them */
     sc_track *color_tones;   /**< [job.tissue_track_count], the tones of those of
                                 job.tissue_tracks that are of colours; NULL: none is */
-    sc_shift *shifts;        /**< [shift_count], how verbs move tissues */
+    sc_change *shifts;       /**< [shift_count], how verbs move tissues */
     size_t shift_count;      /**< of them */
     sc_clip_set clip_sets[SC_CLIP_SETS_MAX]; /**< [clip_set_count] */
     int clip_set_count;                      /**< of them */

@@ -307,28 +307,20 @@ typedef struct sc_verbs {
     const sc_track *tracks; /**< those that tissues name by their numbers; NULL: none does */
 } sc_verbs;
 
-/** What one verb does to one tissue. */
-typedef struct sc_fade {
+/** What one verb does to one tissue; or what the offset of the tissue does, or the way from one of
+ * its key frames to the next. */
+typedef struct sc_change {
     int id; /**< dense id */
     sc_verb_kind kind;
     double begin, end; /**< when: 0 is the first frame of the animation and 1 the last; if they are
                             equal, it is done at once */
     sc_ease ease;
-    double to;     /**< what the opacity of the tissue, of key frames the greatest, is multiplied by
-                        then, at least 0 */
+    sc_vec3 to;    /**< of what moves it: how far in the end, RAS mm. Else x: what the opacity of
+                      the tissue, of key frames the greatest, is multiplied by then, at least 0 */
     int times;     /**< pulse */
     bool replaces; /**< the opacity is the same then, whatever the key frames say that the tissue
                       has */
-} sc_fade;
-
-/** How one verb moves one tissue, or its offset does, or the way from a key frame of that to the
- * next. */
-typedef struct sc_shift {
-    int id;            /**< dense id */
-    double begin, end; /**< as of sc_verb */
-    sc_ease ease;
-    sc_vec3 by_mm; /**< how far in the end, RAS */
-} sc_shift;
+} sc_change;
 
 /** An animation as the job asks for it. */
 typedef struct sc_animation {
@@ -353,9 +345,9 @@ typedef struct sc_looks {
     const sc_track *tissue_tracks; /**< those that tissues name by their numbers; NULL: none does */
     const sc_track *color_tones;   /**< the tones of those that are of colours, at the same numbers;
                                         NULL: none is */
-    const sc_fade *fades;          /**< [fade_count] of sc_verbs_resolve */
+    const sc_change *fades;        /**< [fade_count] of sc_verbs_resolve */
     size_t fade_count;
-    const sc_shift *shifts; /**< [shift_count] of sc_explodes_resolve */
+    const sc_change *shifts; /**< [shift_count] of sc_explodes_resolve */
     size_t shift_count;
     const double
         *column_values; /**< values that colours follow, [column_steps->count][label_count];
@@ -406,27 +398,27 @@ int sc_verb_members(const sc_prepared *volume, const sc_tissue *tissues, const s
  *  @return SC_ERR_DATA as of sc_named_tissues_check, or if nothing of the tissues of a verb is
  *  visible (all are logged); SC_ERR_MEMORY. Nothing is written to @p out then. */
 SC_MUST_USE sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume,
-                                       sc_tissue *tissues, const sc_verbs *verbs, sc_fade **out,
+                                       sc_tissue *tissues, const sc_verbs *verbs, sc_change **out,
                                        size_t *count);
 
 /** Find how the verbs explode and offsets move each tissue, and which move together: sets part of
  *  all.
  *  @param tissues [label_count] by dense id, resolved. @param verbs have passed sc_verbs_resolve.
- *  @param out [*count], by rising id and, of one tissue, in the order of the verbs. Caller owns:
- *  sc_free. @return SC_ERR_DATA if there are more than SC_PARTS_MAX parts (logged), SC_ERR_MEMORY.
- *  Nothing is written to @p out then. */
+ *  @param out [*count], as of sc_verbs_resolve. @return SC_ERR_DATA if there are more than
+ * SC_PARTS_MAX parts (logged), SC_ERR_MEMORY. Nothing is written to @p out then. */
 SC_MUST_USE sc_status sc_explodes_resolve(const sc_ctx *ctx, const sc_prepared *volume,
-                                          sc_tissue *tissues, const sc_verbs *verbs, sc_shift **out,
-                                          size_t *count);
+                                          sc_tissue *tissues, const sc_verbs *verbs,
+                                          sc_change **out, size_t *count);
 /** @return corner @p i, as of sc_box3_corner, of the box around a tissue in its place, RAS mm. */
 sc_vec3 sc_tissue_corner(const sc_prepared *volume, int id, int i);
 /** Find the corners of the boxes around tissues where each shift has brought them when it ends.
  *  @param shifts [count] of sc_explodes_resolve. @param out room for 8 @p count points, RAS mm. */
-void sc_shifts_reach(const sc_prepared *volume, const sc_shift *shifts, size_t count, sc_vec3 *out);
+void sc_shifts_reach(const sc_prepared *volume, const sc_change *shifts, size_t count,
+                     sc_vec3 *out);
 /** Find the corners of the boxes around those tissues that are away from their places at a time, 0
  *  to 1, where they are then. @param shifts, out as of sc_shifts_reach.
  *  @return the number of points: 8 for each of these tissues. */
-size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_shift *shifts, size_t count,
+size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_change *shifts, size_t count,
                           double time, sc_vec3 *out);
 /** Find a smooth curve through points: a centripetal Catmull-Rom spline. @param through [count], at
  *  least 2, RAS mm, no two after each other the same. @param out room for

@@ -80,15 +80,15 @@ static void expand_orbits(sc_job *job)
 static bool find_opacities(const sc_panel *panel, sc_track *tracks)
 {
     for (size_t i = 0; i < panel->looks.fade_count; i++) {
-        const sc_fade *f = &panel->looks.fades[i];
+        const sc_change *f = &panel->looks.fades[i];
         const sc_tissue *t = &panel->looks.tissues[f->id];
         const double first = f->kind == SC_VERB_APPEAR ? 0 : 1;
 
         tracks += i && f->id != f[-1].id;
-        if (f->kind == SC_VERB_PULSE || f->to > 1 || t->opacity_auto || t->opacity != 1 ||
+        if (f->kind == SC_VERB_PULSE || f->to.x > 1 || t->opacity_auto || t->opacity != 1 ||
             t->interior_opacity != 0 || t->opacity_track || panel->volume.labels[f->id].value < 0 ||
             !add_ramp(first,
-                      f->to - (tracks->count ? tracks->keys[tracks->count - 1].value.x : first),
+                      f->to.x - (tracks->count ? tracks->keys[tracks->count - 1].value.x : first),
                       f->begin, f->end, f->ease, tracks))
             return false;
     }

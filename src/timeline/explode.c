@@ -45,14 +45,14 @@ typedef struct resolving {
     const sc_verbs *verbs;
     bool *members;     /* [label_count]: of the present verb */
     sc_vec3 middle_mm; /* of all that is visible */
-    sc_shift *shifts;  /* [count], with room for all */
+    sc_change *shifts; /* [count], with room for all */
     size_t count;
 } resolving;
 
 /* Append a shift, unless it leads nowhere. */
-static void add_shift(resolving *r, const sc_shift *shift)
+static void add_shift(resolving *r, const sc_change *shift)
 {
-    if (sc_vec3_length(shift->by_mm) > 0)
+    if (sc_vec3_length(shift->to) > 0)
         r->shifts[r->count++] = *shift;
 }
 
@@ -93,11 +93,12 @@ static void add_shifts(resolving *r, size_t v)
         if (!verb->together)
             add_tissue(r->volume, id, &box);
         by_mm = way_of(r, verb, middle_of(r->volume, &box));
-        add_shift(r, &(sc_shift){.id = id,
-                                 .begin = verb->begin,
-                                 .end = verb->end,
-                                 .ease = verb->ease,
-                                 .by_mm = by_mm});
+        add_shift(r, &(sc_change){.id = id,
+                                  .kind = SC_VERB_EXPLODE,
+                                  .begin = verb->begin,
+                                  .end = verb->end,
+                                  .ease = verb->ease,
+                                  .to = by_mm});
     }
 }
 
@@ -118,64 +119,30 @@ static void add_offset(resolving *r, int id)
     if (!tissue->visible || !(tissue->opacity + tissue->interior_opacity > 0) ||
         !r->volume->stats[id].voxels)
         return;
-    add_shift(r, &(sc_shift){.id = id, .by_mm = track ? track->keys[0].value : tissue->offset_mm});
+    add_shift(r, &(sc_change){.id = id,
+                              .kind = SC_VERB_EXPLODE,
+                              .to = track ? track->keys[0].value : tissue->offset_mm});
     for (int i = 1; track && i < track->count; i++) {
         const sc_key_frame *from = &track->keys[i - 1], *to = &track->keys[i];
 
-        add_shift(r, &(sc_shift){.id = id,
-                                 .begin = from->at,
-                                 .end = to->at,
-                                 .ease = to->ease,
-                                 .by_mm = sc_vec3_sub(to->value, from->value)});
-    }
-}
-
-/* Sort shifts by their tissues, by insertion: equal ones keep the order of their verbs. */
-static void sort_shifts(sc_shift *shifts, size_t count)
-{
-    for (size_t i = 1; i < count; i++) {
-        const sc_shift shift = shifts[i];
-        size_t at = i;
-
-        for (; at > 0 && shifts[at - 1].id > shift.id; at--)
-            shifts[at] = shifts[at - 1];
-        shifts[at] = shift;
+        add_shift(r, &(sc_change){.id = id,
+                                  .kind = SC_VERB_EXPLODE,
+                                  .begin = from->at,
+                                  .end = to->at,
+                                  .ease = to->ease,
+                                  .to = sc_vec3_sub(to->value, from->value)});
     }
 }
 
 /* ---- parts ---- */
 
-/* Do two shifts the same to their tissues? */
-static bool is_same(const sc_shift *a, const sc_shift *b)
-{
-    bool same = a->begin == b->begin && a->end == b->end && a->ease.kind == b->ease.kind &&
-                sc_vec3_length(sc_vec3_sub(a->by_mm, b->by_mm)) == 0;
-
-    for (size_t i = 0; i < SC_COUNT_OF(a->ease.bezier); i++)
-        same = same && a->ease.bezier[i] == b->ease.bezier[i];
-    return same;
-}
-
-/* @return how many of the shifts [count] are those of the first one's tissue. */
-static size_t count_of_first(const sc_shift *shifts, size_t count)
-{
-    size_t n = 0;
-
-    while (n < count && shifts[n].id == shifts[0].id)
-        n++;
-    return n;
-}
-
 /* Find the part of a tissue whose shifts are the @p n from @p at on: that of a tissue before it
  * with the same shifts, or a new one. @return it, or -1 if there are too many. */
 static int find_part(const resolving *r, const sc_tissue *tissues, size_t at, size_t n, int *parts)
 {
-    for (size_t i = 0; i < at; i += count_of_first(r->shifts + i, at - i)) {
-        bool same = count_of_first(r->shifts + i, at - i) == n;
-
-        for (size_t j = 0; j < n && same; j++)
-            same = is_same(&r->shifts[i + j], &r->shifts[at + j]);
-        if (same)
+    for (size_t i = 0; i < at; i += sc_changes_of_first(r->shifts + i, at - i)) {
+        if (sc_changes_of_first(r->shifts + i, at - i) == n &&
+            sc_changes_same(r->shifts + i, r->shifts + at, n))
             return tissues[r->shifts[i].id].part;
     }
     if (*parts == SC_PARTS_MAX)
@@ -228,7 +195,7 @@ static sc_status set_parts(const sc_ctx *ctx, const resolving *r, sc_tissue *tis
     for (size_t at = 0; at < r->count; at += n) {
         int part;
 
-        n = count_of_first(r->shifts + at, r->count - at);
+        n = sc_changes_of_first(r->shifts + at, r->count - at);
         part = find_part(r, tissues, at, n, &parts);
         if (part < 0)
             return too_many(ctx, r);
@@ -238,14 +205,14 @@ static sc_status set_parts(const sc_ctx *ctx, const resolving *r, sc_tissue *tis
 }
 
 sc_status sc_explodes_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_tissue *tissues,
-                              const sc_verbs *verbs, sc_shift **out, size_t *count)
+                              const sc_verbs *verbs, sc_change **out, size_t *count)
 {
     const size_t labels = (size_t)volume->label_count;
     resolving r = {.volume = volume, .tissues = tissues, .verbs = verbs};
     voxel_box visible = empty_box();
     size_t room;
     SC_OWN(sc_free_at) bool *members = NULL;
-    SC_OWN(sc_free_at) sc_shift *shifts = NULL;
+    SC_OWN(sc_free_at) sc_change *shifts = NULL;
 
     for (int id = 0; id < volume->label_count; id++) {
         tissues[id].part = 0;
@@ -268,7 +235,7 @@ sc_status sc_explodes_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_t
     }
     for (int id = 1; id < volume->label_count; id++)
         add_offset(&r, id);
-    sort_shifts(r.shifts, r.count);
+    SC_PASS(sc_changes_sort(ctx, r.shifts, r.count));
     SC_PASS(set_parts(ctx, &r, tissues));
     *count = r.count;
     SC_HAND_OVER(shifts, out);
@@ -278,13 +245,13 @@ sc_status sc_explodes_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_t
 /* ---- frames ---- */
 
 /* @return how far the shifts [count] of one tissue have moved it at a time. */
-static sc_vec3 offset_at(const sc_shift *shifts, size_t count, double at)
+static sc_vec3 offset_at(const sc_change *shifts, size_t count, double at)
 {
     sc_vec3 out = {0, 0, 0};
 
     for (size_t i = 0; i < count; i++)
         out = sc_vec3_along(out, sc_progress(shifts[i].begin, shifts[i].end, shifts[i].ease, at),
-                            shifts[i].by_mm);
+                            shifts[i].to);
     return out;
 }
 
@@ -297,12 +264,12 @@ sc_vec3 sc_tissue_corner(const sc_prepared *volume, int id, int i)
     return sc_affine_point(&volume->to_ras_mm, sc_box3_corner(&box, i));
 }
 
-void sc_shifts_reach(const sc_prepared *volume, const sc_shift *shifts, size_t count, sc_vec3 *out)
+void sc_shifts_reach(const sc_prepared *volume, const sc_change *shifts, size_t count, sc_vec3 *out)
 {
     size_t n;
 
     for (size_t at = 0; at < count; at += n) {
-        n = count_of_first(shifts + at, count - at);
+        n = sc_changes_of_first(shifts + at, count - at);
         for (size_t i = 0; i < 8 * n; i++) {
             const sc_vec3 offset = offset_at(shifts + at, n, shifts[at + i / 8].end);
 
@@ -311,7 +278,7 @@ void sc_shifts_reach(const sc_prepared *volume, const sc_shift *shifts, size_t c
     }
 }
 
-size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_shift *shifts, size_t count,
+size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_change *shifts, size_t count,
                           double time, sc_vec3 *out)
 {
     size_t n, found = 0;
@@ -319,7 +286,7 @@ size_t sc_shifts_reach_at(const sc_prepared *volume, const sc_shift *shifts, siz
     for (size_t at = 0; at < count; at += n) {
         sc_vec3 offset;
 
-        n = count_of_first(shifts + at, count - at);
+        n = sc_changes_of_first(shifts + at, count - at);
         offset = offset_at(shifts + at, n, time);
         for (size_t i = 0; i < 8 && sc_vec3_length(offset) > 0; i++)
             out[found++] = sc_vec3_add(sc_tissue_corner(volume, shifts[at].id, (int)i), offset);
@@ -334,9 +301,9 @@ bool sc_offsets_at(const sc_looks *looks, double time, sc_vec3 *out)
 
     memset(out, 0, (size_t)looks->label_count * sizeof *out);
     for (size_t at = 0; at < looks->shift_count; at += n) {
-        const sc_shift *shifts = &looks->shifts[at];
+        const sc_change *shifts = &looks->shifts[at];
 
-        n = count_of_first(shifts, looks->shift_count - at);
+        n = sc_changes_of_first(shifts, looks->shift_count - at);
         out[shifts->id] = offset_at(shifts, n, time);
         any = any || sc_vec3_length(out[shifts->id]) > 0;
     }

@@ -91,11 +91,11 @@ static double moved_mm(const sc_timeline *t, double from, double to)
     for (int i = 0; i < t->animation.sweep_count; i++)
         most = fmax(most, moved_plane_mm(t, i, from, to));
     for (size_t i = 0; i < t->looks.shift_count; i++) { /* by rising id */
-        const sc_shift *s = &t->looks.shifts[i];
+        const sc_change *s = &t->looks.shifts[i];
 
         tissue = (s->id == id ? tissue : 0) + fabs(sc_progress(s->begin, s->end, s->ease, to) -
                                                    sc_progress(s->begin, s->end, s->ease, from)) *
-                                                  sc_vec3_length(s->by_mm);
+                                                  sc_vec3_length(s->to);
         id = s->id;
         most = fmax(most, tissue);
     }

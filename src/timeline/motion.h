@@ -36,6 +36,13 @@ int sc_sights_of(const sc_timeline *timeline, sc_sight out[SC_SIGHTS_MAX]);
 /* The same of the frames from @p first to @p last, which need not be whole. */
 int sc_sights_between(const sc_timeline *timeline, double first, double last,
                       sc_sight out[SC_SIGHTS_MAX]);
+/* @return how many of @p count changes, one or more, are those of the first one's tissue. */
+size_t sc_changes_of_first(const sc_change *changes, size_t count);
+/* @return whether changes [count] of two tissues are the same, but for rounding. */
+bool sc_changes_same(const sc_change *a, const sc_change *b, size_t count);
+/* Sort changes by their tissues and, of one tissue, by the time at which they begin; equal ones
+ * keep their order. @return SC_ERR_MEMORY. */
+sc_status sc_changes_sort(const sc_ctx *ctx, sc_change *changes, size_t count);
 /* Find the colour behind the tissues at a time. @param rgb sRGB. */
 void sc_find_background(const sc_background *background, double at, uint8_t rgb[3]);
 /* Fill @p out, as of sc_scene.fades, with what the opacities of tissues are multiplied by at a

@@ -70,9 +70,9 @@ typedef struct resolving {
     const sc_prepared *volume;
     const sc_tissue *tissues;
     const sc_verbs *verbs;
-    bool *taken;     /* [label_count]: by the present verb; owned */
-    member *members; /* room for [label_count]; owned */
-    sc_fade *fades;  /* [fade_count], with room for fade_room; owned */
+    bool *taken;      /* [label_count]: by the present verb; owned */
+    member *members;  /* room for [label_count]; owned */
+    sc_change *fades; /* [fade_count], with room for fade_room; owned */
     size_t fade_count, fade_room;
 } resolving;
 
@@ -152,42 +152,78 @@ static sc_status add_fades(const sc_ctx *ctx, resolving *r, const sc_verb *verb,
         const double begin = verb->begin + (double)i * stagger * each;
 
         r->fades[r->fade_count++] =
-            (sc_fade){.id = r->members[i].id,
-                      .kind = verb->kind,
-                      .begin = begin,
-                      .end = i + 1 == count ? verb->end : fmin(begin + each, verb->end),
-                      .ease = verb->ease,
-                      .to = factor_of(verb, &r->tissues[r->members[i].id]),
-                      .times = verb->times,
-                      .replaces = verb->kind != SC_VERB_APPEAR && !verb->to_factor &&
-                                  r->tissues[r->members[i].id].opacity_track};
+            (sc_change){.id = r->members[i].id,
+                        .kind = verb->kind,
+                        .begin = begin,
+                        .end = i + 1 == count ? verb->end : fmin(begin + each, verb->end),
+                        .ease = verb->ease,
+                        .to = {factor_of(verb, &r->tissues[r->members[i].id]), 0, 0},
+                        .times = verb->times,
+                        .replaces = verb->kind != SC_VERB_APPEAR && !verb->to_factor &&
+                                    r->tissues[r->members[i].id].opacity_track};
     }
     return SC_OK;
 }
 
+/* ---- lists of changes ---- */
+
+static bool is_same_ease(const sc_ease *a, const sc_ease *b)
+{
+    bool same = a->kind == b->kind;
+
+    for (size_t i = 0; i < SC_COUNT_OF(a->bezier); i++)
+        same = same && fabs(a->bezier[i] - b->bezier[i]) < 1e-9;
+    return same;
+}
+
+size_t sc_changes_of_first(const sc_change *changes, size_t count)
+{
+    size_t n = 1;
+
+    while (n < count && changes[n].id == changes[0].id)
+        n++;
+    return n;
+}
+
+bool sc_changes_same(const sc_change *a, const sc_change *b, size_t count)
+{
+    bool same = true;
+
+    for (size_t i = 0; i < count && same; i++) {
+        same = a[i].kind == b[i].kind && a[i].times == b[i].times &&
+               a[i].replaces == b[i].replaces && fabs(a[i].begin - b[i].begin) < 1e-9 &&
+               fabs(a[i].end - b[i].end) < 1e-9 && is_same_ease(&a[i].ease, &b[i].ease) &&
+               sc_vec3_length(sc_vec3_sub(a[i].to, b[i].to)) < 1e-9;
+    }
+    return same;
+}
+
 /* Does @p a come after @p b: by the tissue, then by when they begin? */
-static bool comes_after(const sc_fade *a, const sc_fade *b)
+static bool comes_after(const sc_change *a, const sc_change *b)
 {
     return a->id != b->id ? a->id > b->id : a->begin > b->begin;
 }
 
-/* Sort by merging, which keeps equal ones in the order of their verbs. @param room [count]. */
-static void sort_fades(sc_fade *fades, size_t count, sc_fade *room)
+sc_status sc_changes_sort(const sc_ctx *ctx, sc_change *changes, size_t count)
 {
-    for (size_t width = 1; width < count; width *= 2) {
+    SC_OWN(sc_free_at) sc_change *room = NULL;
+
+    SC_PASS(SC_ALLOC(ctx, count, &room));
+    for (size_t width = 1; width < count; width *= 2) { /* by merging */
         for (size_t low = 0; low < count; low += 2 * width) {
             const size_t middle = low + width < count ? low + width : count;
             const size_t high = middle + width < count ? middle + width : count;
             size_t left = low, right = middle;
 
             for (size_t to = low; to < high; to++)
-                room[to] =
-                    right == high || (left < middle && !comes_after(&fades[left], &fades[right]))
-                        ? fades[left++]
-                        : fades[right++];
+                room[to] = right == high ||
+                                   (left < middle && !comes_after(&changes[left], &changes[right]))
+                               ? changes[left++]
+                               : changes[right++];
         }
-        memcpy(fades, room, count * sizeof *fades);
+        memcpy(changes, room, count * sizeof *changes);
     }
+    return SC_OK;
 }
 
 /* ---- groups of tissues that fade alike ---- */
@@ -195,26 +231,12 @@ static void sort_fades(sc_fade *fades, size_t count, sc_fade *room)
 /* All that changes the opacity of one tissue, and how it compares with that of others. */
 typedef struct track {
     int id;
-    const sc_fade *fades; /* [count] */
+    const sc_change *fades; /* [count] */
     size_t count;
     int numbers[2];          /* of the key frames of opacity and visibility; 0: none */
     const sc_track *keys[2]; /* these; NULL: none */
     double middle;           /* of the times of all of them: in its order tracks are put together */
 } track;
-
-static bool is_same_curve(const sc_ease *a, const sc_ease *b)
-{
-    bool same = true;
-
-    for (size_t i = 0; i < SC_COUNT_OF(a->bezier); i++)
-        same = same && fabs(a->bezier[i] - b->bezier[i]) < 1e-9;
-    return same;
-}
-
-static bool is_same_ease(const sc_ease *a, const sc_ease *b)
-{
-    return a->kind == b->kind && is_same_curve(a, b);
-}
 
 /* Are the key frames the same, or are there none of both? */
 static bool have_same_keys(const sc_track *a, const sc_track *b)
@@ -230,17 +252,8 @@ static bool have_same_keys(const sc_track *a, const sc_track *b)
 /* Do the same to two tissues? */
 static bool is_same(const track *a, const track *b)
 {
-    bool same = a->count == b->count && have_same_keys(a->keys[0], b->keys[0]) &&
-                have_same_keys(a->keys[1], b->keys[1]);
-
-    for (size_t i = 0; i < a->count && same; i++) {
-        const sc_fade *x = &a->fades[i], *y = &b->fades[i];
-
-        same = x->kind == y->kind && fabs(x->begin - y->begin) < 1e-9 &&
-               fabs(x->end - y->end) < 1e-9 && is_same_ease(&x->ease, &y->ease) &&
-               fabs(x->to - y->to) < 1e-9 && x->times == y->times && x->replaces == y->replaces;
-    }
-    return same;
+    return a->count == b->count && have_same_keys(a->keys[0], b->keys[0]) &&
+           have_same_keys(a->keys[1], b->keys[1]) && sc_changes_same(a->fades, b->fades, a->count);
 }
 
 static int compare_tracks(const void *a, const void *b)
@@ -281,18 +294,19 @@ static double middle_of(const track *t)
 
 /* Find the tracks: one for each tissue whose opacity changes. @param fades [count]. @param tracks
  * room for [label_count]. @return how many there are. */
-static size_t find_tracks(const resolving *r, const sc_fade *fades, size_t count, track *tracks)
+static size_t find_tracks(const resolving *r, const sc_change *fades, size_t count, track *tracks)
 {
     size_t n = 0, i = 0;
 
     for (int id = 1; id < r->volume->label_count; id++) {
         const sc_tissue *tissue = &r->tissues[id];
-        track t = {.id = id,
-                   .fades = count ? fades + i : NULL,
-                   .numbers = {tissue->opacity_track, tissue->visible_track}};
+        track t = {
+            .id = id,
+            .fades = count ? fades + i : NULL,
+            .count = i < count && fades[i].id == id ? sc_changes_of_first(fades + i, count - i) : 0,
+            .numbers = {tissue->opacity_track, tissue->visible_track}};
 
-        for (; i < count && fades[i].id == id; i++)
-            t.count++;
+        i += t.count;
         for (int j = 0; j < 2; j++)
             t.keys[j] = track_of(r->verbs->tracks, t.numbers[j]);
         if (!t.count && ((!t.keys[0] && !t.keys[1]) || !is_seen(tissue)))
@@ -346,13 +360,12 @@ static sc_status resolve_all(const sc_ctx *ctx, resolving *r)
 }
 
 sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_tissue *tissues,
-                           const sc_verbs *verbs, sc_fade **out, size_t *count)
+                           const sc_verbs *verbs, sc_change **out, size_t *count)
 {
     const size_t labels = (size_t)volume->label_count;
     SC_OWN(clear_resolving)
     resolving r = {.volume = volume, .tissues = tissues, .verbs = verbs};
     SC_OWN(sc_free_at) track *tracks = NULL;
-    SC_OWN(sc_free_at) sc_fade *room = NULL;
 
     for (int id = 0; id < volume->label_count; id++)
         tissues[id].fade_group = 0;
@@ -361,8 +374,7 @@ sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_tiss
     SC_PASS(SC_ALLOC(ctx, labels, &r.members));
     SC_PASS(SC_ALLOC(ctx, labels, &tracks));
     SC_PASS(resolve_all(ctx, &r));
-    SC_PASS(SC_ALLOC(ctx, r.fade_count, &room));
-    sort_fades(r.fades, r.fade_count, room);
+    SC_PASS(sc_changes_sort(ctx, r.fades, r.fade_count));
     set_groups(&r, tracks, tissues);
     *count = r.fade_count;
     SC_HAND_OVER(r.fades, out);
@@ -372,7 +384,7 @@ sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_tiss
 /* ---- frames ---- */
 
 /* @return how far a pulse has gone to its end and come back, 0 to 1. */
-static double pulse_at(const sc_fade *fade, double at)
+static double pulse_at(const sc_change *fade, double at)
 {
     const double beats =
         fade->times * sc_progress(fade->begin, fade->end, (sc_ease){.kind = SC_EASE_LINEAR}, at);
@@ -385,15 +397,16 @@ static double pulse_at(const sc_fade *fade, double at)
  * of it, and put an opacity in the place of the rest. Pulses multiply both, and those to an opacity
  * reach that, as far as fades leave the tissue there. @param greatest of its key frames, above 0.
  * @param fades [count] all of the tissue. */
-static double opacity_at(double own, double greatest, const sc_fade *fades, size_t count, double at)
+static double opacity_at(double own, double greatest, const sc_change *fades, size_t count,
+                         double at)
 {
     double share = 1, put = 0, beaten = 1, beats = 0;
     bool first = true;
 
     for (size_t i = 0; i < count; i++) {
-        const sc_fade *f = &fades[i];
-        const double to_share = f->replaces ? 0 : f->to;
-        const double to_put = f->replaces ? f->to * greatest : 0;
+        const sc_change *f = &fades[i];
+        const double to_share = f->replaces ? 0 : f->to.x;
+        const double to_put = f->replaces ? f->to.x * greatest : 0;
         double done;
 
         if (f->kind == SC_VERB_PULSE) {
@@ -414,7 +427,7 @@ static double opacity_at(double own, double greatest, const sc_fade *fades, size
 }
 
 /* @return what the opacity of a tissue is multiplied by. @param fades [count] all of it. */
-static double factor_of_tissue(const sc_looks *looks, int id, const sc_fade *fades, size_t count,
+static double factor_of_tissue(const sc_looks *looks, int id, const sc_change *fades, size_t count,
                                double at)
 {
     const sc_tissue *tissue = &looks->tissues[id];

@@ -932,7 +932,7 @@ TEST(without_visible_points_there_is_still_a_camera)
 }
 
 /* A timeline of 101 frames in which verbs do the given things to four tissues. */
-static sc_timeline fading(const sc_fade *fades, size_t count, const sc_tissue tissues[4],
+static sc_timeline fading(const sc_change *fades, size_t count, const sc_tissue tissues[4],
                           const sc_track *tracks)
 {
     return (sc_timeline){.animation = {.frames = 101},
@@ -957,14 +957,14 @@ static void expect_factor(const sc_timeline *t, int k, int id, double factor)
 /* Fades follow one another, pulses multiply, and a tissue is not seen before it appears. */
 TEST(verbs_of_one_tissue_combine)
 {
-    static const sc_fade fades[] = {
-        {1, SC_VERB_FADE, 0.1, 0.2, {.kind = SC_EASE_LINEAR}, 0.5, 0, false},
-        {1, SC_VERB_PULSE, 0.1, 0.5, {.kind = SC_EASE_LINEAR}, 0.2, 2, false},
-        {1, SC_VERB_FADE, 0.6, 0.8, {.kind = SC_EASE_LINEAR}, 2, 0, false},
-        {2, SC_VERB_APPEAR, 0.5, 0.5, {.kind = SC_EASE_LINEAR}, 1, 0, false},
-        {2, SC_VERB_FADE, 0.6, 0.7, {.kind = SC_EASE_SMOOTH}, 0, 0, false},
-        {3, SC_VERB_FADE, 0.1, 0.2, {.kind = SC_EASE_LINEAR}, 0, 0, false},
-        {3, SC_VERB_APPEAR, 0.4, 0.6, {.kind = SC_EASE_LINEAR}, 1, 0, false}};
+    static const sc_change fades[] = {
+        {1, SC_VERB_FADE, 0.1, 0.2, {.kind = SC_EASE_LINEAR}, {0.5, 0, 0}, 0, false},
+        {1, SC_VERB_PULSE, 0.1, 0.5, {.kind = SC_EASE_LINEAR}, {0.2, 0, 0}, 2, false},
+        {1, SC_VERB_FADE, 0.6, 0.8, {.kind = SC_EASE_LINEAR}, {2, 0, 0}, 0, false},
+        {2, SC_VERB_APPEAR, 0.5, 0.5, {.kind = SC_EASE_LINEAR}, {1, 0, 0}, 0, false},
+        {2, SC_VERB_FADE, 0.6, 0.7, {.kind = SC_EASE_SMOOTH}, {0, 0, 0}, 0, false},
+        {3, SC_VERB_FADE, 0.1, 0.2, {.kind = SC_EASE_LINEAR}, {0, 0, 0}, 0, false},
+        {3, SC_VERB_APPEAR, 0.4, 0.6, {.kind = SC_EASE_LINEAR}, {1, 0, 0}, 0, false}};
     static const sc_tissue tissues[4] = {{0}, {.fade_group = 1}, {.fade_group = 2}, {0}};
     const sc_timeline t = fading(fades, SC_COUNT_OF(fades), tissues, NULL);
 
@@ -989,10 +989,10 @@ TEST(verbs_of_one_tissue_combine)
  * fade to an opacity leads there, and one to a share to this share of the key frames. */
 TEST(verbs_change_what_key_frames_of_an_opacity_give)
 {
-    static const sc_fade fades[] = {
-        {2, SC_VERB_FADE, 0.2, 0.4, {.kind = SC_EASE_LINEAR}, 0.5, 0, false},
-        {2, SC_VERB_FADE, 0.6, 0.8, {.kind = SC_EASE_LINEAR}, 0.25, 0, true},
-        {3, SC_VERB_PULSE, 0.2, 0.4, {.kind = SC_EASE_LINEAR}, 0.5, 1, true}};
+    static const sc_change fades[] = {
+        {2, SC_VERB_FADE, 0.2, 0.4, {.kind = SC_EASE_LINEAR}, {0.5, 0, 0}, 0, false},
+        {2, SC_VERB_FADE, 0.6, 0.8, {.kind = SC_EASE_LINEAR}, {0.25, 0, 0}, 0, true},
+        {3, SC_VERB_PULSE, 0.2, 0.4, {.kind = SC_EASE_LINEAR}, {0.5, 0, 0}, 1, true}};
     static const sc_track tracks[] = {
         {3, {{0.2, {0}, {0.8, 0, 0}}, {0.4, {0}, {0.4, 0, 0}}, {0.8, {0}, {0, 0, 0}}}}};
     static const sc_tissue tissues[4] = {
@@ -1019,8 +1019,8 @@ TEST(verbs_change_what_key_frames_of_an_opacity_give)
 /* A tissue is there from a key frame that says so to one that says otherwise, whatever verbs do. */
 TEST(tissues_come_and_go_at_their_key_frames)
 {
-    static const sc_fade fades[] = {
-        {2, SC_VERB_FADE, 0.5, 0.5, {.kind = SC_EASE_LINEAR}, 0.5, 0, false}};
+    static const sc_change fades[] = {
+        {2, SC_VERB_FADE, 0.5, 0.5, {.kind = SC_EASE_LINEAR}, {0.5, 0, 0}, 0, false}};
     static const sc_track tracks[] = {
         {3, {{0.2, {0}, {1, 0, 0}}, {0.4, {0}, {0, 0, 0}}, {0.6, {0}, {1, 0, 0}}}}};
     static const sc_tissue tissues[4] = {
@@ -1080,7 +1080,7 @@ TEST(tissues_appear_in_their_order)
                                 {.visible = true, .opacity = 1},
                                 {.visible = true, .opacity = 1}};
         const sc_verbs all = {&verb, 1, list, SC_COUNT_OF(list), NULL};
-        SC_OWN(sc_free_at) sc_fade *fades = NULL;
+        SC_OWN(sc_free_at) sc_change *fades = NULL;
         size_t count;
 
         assert_ok(sc_verbs_resolve(&quiet, &volume, tissues, &all, &fades, &count));
@@ -1131,7 +1131,7 @@ TEST(tissues_move_apart_and_come_together)
     sc_vec3 reach[8 * 9];
     SC_OWN(sc_scene_room_clear) sc_scene_room room = {0};
     const sc_vec3 *offsets;
-    sc_shift *shifts;
+    sc_change *shifts;
 
     assert_ok(sc_scene_room_init(&quiet, 4, &room));
     assert_ok(sc_explodes_resolve(&quiet, &volume, tissues, &all, &shifts, &looks->shift_count));
@@ -1194,7 +1194,7 @@ TEST(tissues_have_offsets)
     sc_timeline t = {.animation = {.frames = 101}, .looks = {.tissues = tissues, .label_count = 4}};
     SC_OWN(sc_scene_room_clear) sc_scene_room room = {0};
     const sc_vec3 *offsets;
-    SC_OWN(sc_free_at) sc_shift *shifts = NULL;
+    SC_OWN(sc_free_at) sc_change *shifts = NULL;
 
     assert_ok(sc_scene_room_init(&quiet, 4, &room));
     assert_ok(sc_explodes_resolve(&quiet, &volume, tissues, &all, &shifts, &t.looks.shift_count));
@@ -1229,7 +1229,7 @@ TEST(verbs_need_tissues_that_are_shown)
     sc_label_stats stats[4];
     const sc_prepared volume = three_tissues(labels, stats);
     const sc_verbs all = {verbs, SC_COUNT_OF(verbs), list, SC_COUNT_OF(list), NULL};
-    SC_OWN(sc_free_at) sc_fade *fades = NULL;
+    SC_OWN(sc_free_at) sc_change *fades = NULL;
     size_t count;
 
     assert_int_equal(sc_verbs_resolve(&listening, &volume, tissues, &all, &fades, &count),
@@ -1239,8 +1239,8 @@ TEST(verbs_need_tissues_that_are_shown)
     tissues[2] = (sc_tissue){.visible = true, .opacity = 0.4};
     assert_ok(sc_verbs_resolve(&listening, &volume, tissues, &all, &fades, &count));
     assert_int_equal(count, 2);
-    assert_near(fades[0].to, 0.2, 1e-12);
-    assert_near(fades[1].to, 0.5, 1e-12);
+    assert_near(fades[0].to.x, 0.2, 1e-12);
+    assert_near(fades[1].to.x, 0.5, 1e-12);
     assert_int_equal(tissues[3].fade_group, 0);
 }
 

@@ -3,31 +3,18 @@
  * is continued, and its pictures count as done, only if the identity is the same. */
 #include "render/run.h"
 
-/* Append to @p text what verbs do to each tissue, in the order in which they do it. */
-static sc_status add_fades(const sc_ctx *ctx, const sc_panel *s, sc_text *text)
+/* Append to @p text what happens to tissues, in the order in which it does. */
+static sc_status add_changes(const sc_ctx *ctx, const sc_change *changes, size_t count,
+                             sc_text *text)
 {
-    for (size_t i = 0; i < s->looks.fade_count; i++) {
-        const sc_fade *f = &s->looks.fades[i];
+    for (size_t i = 0; i < count; i++) {
+        const sc_change *c = &changes[i];
 
-        SC_PASS(sc_text_add(ctx, text, "%d %d %.17g %.17g %d %.17g %d\n", f->id, (int)f->kind,
-                            f->begin, f->end, (int)f->ease.kind, f->to, f->times));
-        for (int j = 0; j < 4 && f->ease.kind == SC_EASE_BEZIER; j++)
-            SC_PASS(sc_text_add(ctx, text, "%.17g\n", f->ease.bezier[j]));
-    }
-    return SC_OK;
-}
-
-/* Append to @p text how verbs move tissues. */
-static sc_status add_shifts(const sc_ctx *ctx, const sc_panel *s, sc_text *text)
-{
-    for (size_t i = 0; i < s->looks.shift_count; i++) {
-        const sc_shift *shift = &s->looks.shifts[i];
-
-        SC_PASS(sc_text_add(ctx, text, "%d %.17g %.17g %d %.17g %.17g %.17g\n", shift->id,
-                            shift->begin, shift->end, (int)shift->ease.kind, shift->by_mm.x,
-                            shift->by_mm.y, shift->by_mm.z));
-        for (int j = 0; j < 4 && shift->ease.kind == SC_EASE_BEZIER; j++)
-            SC_PASS(sc_text_add(ctx, text, "%.17g\n", shift->ease.bezier[j]));
+        SC_PASS(sc_text_add(ctx, text, "%d %d %.17g %.17g %d %.17g %.17g %.17g %d\n", c->id,
+                            (int)c->kind, c->begin, c->end, (int)c->ease.kind, c->to.x, c->to.y,
+                            c->to.z, c->times));
+        for (int j = 0; j < 4 && c->ease.kind == SC_EASE_BEZIER; j++)
+            SC_PASS(sc_text_add(ctx, text, "%.17g\n", c->ease.bezier[j]));
     }
     return SC_OK;
 }
@@ -119,8 +106,8 @@ static sc_status add_panel(const sc_ctx *ctx, const sc_panel *s, sc_text *text)
 
     if (s->looks.tissues) /* it does not only write */
         SC_PASS(add_tissues(ctx, s, text));
-    SC_PASS(add_fades(ctx, s, text));
-    SC_PASS(add_shifts(ctx, s, text));
+    SC_PASS(add_changes(ctx, s->looks.fades, s->looks.fade_count, text));
+    SC_PASS(add_changes(ctx, s->looks.shifts, s->looks.shift_count, text));
     SC_PASS(add_moves(ctx, &s->timeline, text));
     if (s->looks.scale.is_used) /* which the colour bar shows */
         SC_PASS(sc_text_add(ctx, text, "%.17g %.17g\n", s->looks.scale.low, s->looks.scale.high));
