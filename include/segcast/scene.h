@@ -105,19 +105,12 @@ double sc_auto_opacity(const sc_opacity_scale *scale, double thickness_mm);
  *  lies at twice the thickness there, because that of a tube is its diameter, while the mean
  *  thickness of a label is the radius. A scale without a length stays. */
 sc_opacity_scale sc_local_opacity_scale(sc_opacity_scale scale);
-/** Log all rules that match no label, or not clearly one (sc_pattern_check).
- *  @return SC_ERR_DATA if there are any, SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_tissue_rules_check(const sc_ctx *ctx, const sc_prepared *volume,
-                                            const sc_tissue_rule *rules, size_t rule_count);
 /** Find the looks of all labels: from the label table of the volume, then by the rules in order, of
- *  which later ones win. @param out [label_count] by dense id; clip_set is set to 0, and the
- *  background is invisible. Tissues with opacity_auto get their opacity here, by the rule @p
- * opacity.
- *  @return SC_ERR_DATA for rules that match no label (all are logged: sc_pattern_check), and
- *  SC_ERR_MEMORY; nothing is written then. */
-SC_MUST_USE sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *volume,
-                                          const sc_tissue_rule *rules, size_t rule_count,
-                                          sc_opacity_rule opacity, sc_tissue *out);
+ *  which later ones win; one that matches no label does nothing. @param out [label_count] by dense
+ *  id; clip_set is set to 0, and the background is invisible. Tissues with opacity_auto get their
+ *  opacity here, by the rule @p opacity. */
+void sc_transfer_resolve(const sc_prepared *volume, const sc_tissue_rule *rules, size_t rule_count,
+                         sc_opacity_rule opacity, sc_tissue *out);
 
 /** Find the hidden labels: those that table and rules make invisible or give no opacity, and those
  *  that are left over by their names (sc_tissue.is_rest). They are
@@ -254,11 +247,6 @@ typedef struct sc_clip_exception {
     char where[160];             /**< "file:line" for messages; may be empty */
 } sc_clip_exception;
 
-/** Log all exceptions that match no label, or not clearly one (sc_pattern_check).
- *  @return SC_ERR_DATA if there are any, SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_clip_exceptions_check(const sc_ctx *ctx, const sc_prepared *volume,
-                                               const sc_clip_exception *exceptions, size_t count);
-
 /** Which clip planes cut the tissues of a clip set, and when. */
 typedef struct sc_clip_set {
     uint64_t spares[SC_PLANES_MAX]; /**< of each plane: if bit s is set it does not cut them in span
@@ -273,9 +261,8 @@ enum { SC_CLIP_SPANS_MAX = 64 };
  *  @param tissues [label_count] by dense id; clip_set of all but the background is set.
  *  @param clip_sets room for SC_CLIP_SETS_MAX.
  *  @param clip_set_count how many sets there are, at least 1.
- *  @return SC_ERR_DATA as of sc_clip_exceptions_check, SC_ERR_USAGE for more than
- *  SC_CLIP_SETS_MAX sets (both logged), SC_ERR_MEMORY; @p clip_set_count is not written then, the
- *  others may be in part. */
+ *  @return SC_ERR_USAGE for more than SC_CLIP_SETS_MAX sets (logged), SC_ERR_MEMORY; @p
+ * clip_set_count is not written then, the others may be in part. */
 SC_MUST_USE sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *volume,
                                         const sc_clip_exception *exceptions, size_t exception_count,
                                         sc_tissue *tissues, sc_clip_set *clip_sets,

@@ -380,11 +380,6 @@ typedef struct sc_timeline {
     const sc_way_point *ways;    /**< [SC_WAY_POINTS] for each fly, borrowed; set by the caller */
 } sc_timeline;
 
-/** Log all named tissues that match no label, or not clearly one (sc_pattern_check).
- *  @return SC_ERR_DATA if there are any, SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_named_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
-                                             const sc_named_tissue *list, size_t count);
-
 /** Find the tissues of verb @p v that can be seen: out[id] is set for these and cleared for all
  * others. @param out [label_count] by dense id. @return how many there are. */
 int sc_verb_members(const sc_prepared *volume, const sc_tissue *tissues, const sc_verbs *verbs,
@@ -395,8 +390,8 @@ int sc_verb_members(const sc_prepared *volume, const sc_tissue *tissues, const s
  *  frames.
  *  @param out [*count], by rising id and, of one tissue, by the time at which they begin. Caller
  *  owns: sc_free.
- *  @return SC_ERR_DATA as of sc_named_tissues_check, or if nothing of the tissues of a verb is
- *  visible (all are logged); SC_ERR_MEMORY. Nothing is written to @p out then. */
+ *  @return SC_ERR_DATA if nothing of the tissues of a verb is visible (all are logged);
+ * SC_ERR_MEMORY. Nothing is written to @p out then. */
 SC_MUST_USE sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume,
                                        sc_tissue *tissues, const sc_verbs *verbs, sc_change **out,
                                        size_t *count);

@@ -62,8 +62,8 @@ static sc_status resolve_tissues(sc_app *app, sc_panel *panel)
     SC_PASS(sc_color_labels(ctx, panel, &labels));
     if (labels)
         colored.labels = labels;
-    SC_PASS(sc_transfer_resolve(ctx, &colored, job->rules, job->rule_count,
-                                sc_job_opacity_rule(job), panel->looks.tissues));
+    sc_transfer_resolve(&colored, job->rules, job->rule_count, sc_job_opacity_rule(job),
+                        panel->looks.tissues);
     apply_interior(ctx, job, panel);
     if (job->render.background.is_auto)
         sc_choose_background(&panel->volume, panel->looks.tissues,

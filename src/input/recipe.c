@@ -50,27 +50,27 @@ sc_status sc_copy_prepared(const sc_ctx *ctx, const sc_prepared *from, sc_volume
     return SC_OK;
 }
 
-/* Check the tissue that the camera is focused on, if it is on one. */
-static sc_status check_focus(const sc_ctx *ctx, const sc_job *job, const sc_prepared *view)
-{
-    const sc_optics *o = &job->animation.camera.optics;
-
-    return o->focus == SC_FOCUS_TISSUE ? sc_pattern_check(ctx, view, o->pattern, o->where) : SC_OK;
-}
-
 /* As sc_check_tissues, of one job, or of one shot, whose rules from the film have been checked. */
 static sc_status check_tissues_of(const sc_ctx *ctx, const sc_job *job, const sc_prepared *view)
 {
-    sc_status status = sc_tissue_rules_check(ctx, view, job->rules + job->film_rules,
-                                             job->rule_count - job->film_rules);
+    const sc_optics *o = &job->animation.camera.optics;
+    sc_status status = SC_OK;
 
-    (void)(sc_goes_on(&status, check_focus(ctx, job, view)) &&
-           sc_goes_on(&status,
-                      sc_clip_exceptions_check(ctx, view, job->exceptions, job->exception_count)) &&
-           sc_goes_on(&status, sc_named_tissues_check(ctx, view, job->verb_tissues,
-                                                      job->verb_tissue_count)) &&
-           sc_goes_on(&status, sc_named_tissues_check(ctx, view, job->overlay_tissues,
-                                                      job->overlay_tissue_count)));
+    for (const sc_tissue_rule *r = job->rules + job->film_rules,
+                              *end = job->rules + job->rule_count;
+         r < end; r++)
+        (void)sc_goes_on(&status, sc_pattern_check(ctx, view, r->pattern, r->where));
+    if (o->focus == SC_FOCUS_TISSUE)
+        (void)sc_goes_on(&status, sc_pattern_check(ctx, view, o->pattern, o->where));
+    for (size_t i = 0; i < job->exception_count; i++)
+        (void)sc_goes_on(&status, sc_pattern_check(ctx, view, job->exceptions[i].pattern,
+                                                   job->exceptions[i].where));
+    for (size_t i = 0; i < job->verb_tissue_count; i++)
+        (void)sc_goes_on(&status, sc_pattern_check(ctx, view, job->verb_tissues[i].pattern,
+                                                   job->verb_tissues[i].where));
+    for (size_t i = 0; i < job->overlay_tissue_count; i++)
+        (void)sc_goes_on(&status, sc_pattern_check(ctx, view, job->overlay_tissues[i].pattern,
+                                                   job->overlay_tissues[i].where));
     return status;
 }
 

@@ -18,32 +18,6 @@ static int find_or_add(const sc_clip_set *set, sc_clip_set *clip_sets, int *coun
     return (*count)++;
 }
 
-/* Does an exception say the same as one before it, of another plane of the same box? */
-static bool is_repeated(const sc_clip_exception *exceptions, size_t i)
-{
-    for (size_t j = 0; j < i && exceptions[i].where[0]; j++) {
-        if (!strcmp(exceptions[j].pattern, exceptions[i].pattern) &&
-            !strcmp(exceptions[j].where, exceptions[i].where))
-            return true;
-    }
-    return false;
-}
-
-sc_status sc_clip_exceptions_check(const sc_ctx *ctx, const sc_prepared *volume,
-                                   const sc_clip_exception *exceptions, size_t count)
-{
-    sc_status status = SC_OK;
-
-    for (size_t i = 0; i < count; i++) {
-        const sc_clip_exception *e = &exceptions[i];
-
-        if (!is_repeated(exceptions, i) &&
-            !sc_goes_on(&status, sc_pattern_check(ctx, volume, e->pattern, e->where)))
-            break;
-    }
-    return status;
-}
-
 /* Note an exception in the sets of the tissues that it names. @param sets [label_count] of each. */
 static void apply_exception(const sc_prepared *volume, const sc_clip_exception *exception,
                             sc_clip_set *sets)
@@ -64,7 +38,6 @@ sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *volume,
     SC_OWN(sc_free_at) sc_clip_set *sets = NULL;
     int count = 1;
 
-    SC_PASS(sc_clip_exceptions_check(ctx, volume, exceptions, exception_count));
     SC_PASS(SC_ZALLOC(ctx, (size_t)volume->label_count, &sets));
     for (size_t i = 0; i < exception_count; i++)
         apply_exception(volume, &exceptions[i], sets);

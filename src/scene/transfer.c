@@ -345,24 +345,9 @@ void sc_choose_background(const sc_prepared *volume, const sc_tissue *tissues, u
     memcpy(rgb, lost >= most ? slate : white, sizeof white);
 }
 
-sc_status sc_tissue_rules_check(const sc_ctx *ctx, const sc_prepared *volume,
-                                const sc_tissue_rule *rules, size_t rule_count)
+void sc_transfer_resolve(const sc_prepared *volume, const sc_tissue_rule *rules, size_t rule_count,
+                         sc_opacity_rule opacity, sc_tissue *out)
 {
-    sc_status status = SC_OK;
-
-    for (size_t r = 0; r < rule_count; r++) {
-        if (!sc_goes_on(&status, sc_pattern_check(ctx, volume, rules[r].pattern, rules[r].where)))
-            break;
-    }
-    return status;
-}
-
-sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *volume,
-                              const sc_tissue_rule *rules, size_t rule_count,
-                              sc_opacity_rule opacity, sc_tissue *out)
-{
-    SC_PASS(sc_tissue_rules_check(ctx, volume, rules, rule_count));
     find_looks(volume->labels, volume->label_count, rules, rule_count, out);
     fill_auto(volume, opacity, out);
-    return SC_OK;
 }

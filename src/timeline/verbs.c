@@ -10,18 +10,6 @@
  * appear. */
 #define LEAST_FACTOR 1e-6
 
-sc_status sc_named_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
-                                 const sc_named_tissue *list, size_t count)
-{
-    sc_status status = SC_OK;
-
-    for (size_t i = 0; i < count; i++) {
-        if (!sc_goes_on(&status, sc_pattern_check(ctx, volume, list[i].pattern, list[i].where)))
-            break;
-    }
-    return status;
-}
-
 /* ---- the tissues of a verb ---- */
 
 /* A tissue of a verb, and where it comes in the order of the verb. */
@@ -369,7 +357,6 @@ sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_tiss
 
     for (int id = 0; id < volume->label_count; id++)
         tissues[id].fade_group = 0;
-    SC_PASS(sc_named_tissues_check(ctx, volume, verbs->list, verbs->list_count));
     SC_PASS(SC_ALLOC(ctx, labels, &r.taken));
     SC_PASS(SC_ALLOC(ctx, labels, &r.members));
     SC_PASS(SC_ALLOC(ctx, labels, &tracks));

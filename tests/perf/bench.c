@@ -118,8 +118,8 @@ static void set_tissues(prepared_set *p, bool peers, bool voxel)
     const sc_tissue_rule by_thickness = {.pattern = "*", .has_opacity = true, .opacity_auto = true};
 
     if (!peers) {
-        must(sc_transfer_resolve(&ctx, &p->view, p->opaque ? &solid : &by_thickness, 1,
-                                 SC_OPACITY_PAPER, p->tissues));
+        sc_transfer_resolve(&p->view, p->opaque ? &solid : &by_thickness, 1, SC_OPACITY_PAPER,
+                            p->tissues);
         return;
     }
     for (int id = 1; id < p->view.label_count; id++)

@@ -379,11 +379,6 @@ TEST(a_legend_shows_chosen_tissues)
         assert_int_equal(sc_lettering_find(f.lettering, SC_WORD_NAME, id) != NULL, id == 1);
     }
     assert_null(sc_lettering_find(f.lettering, SC_WORD_MORE, 'm'));
-    assert_ok(sc_named_tissues_check(&listening, &f.volume, chosen, SC_COUNT_OF(chosen)));
-    strcpy(f.labels[4].name, "other");
-    assert_int_equal(sc_named_tissues_check(&listening, &f.volume, chosen, SC_COUNT_OF(chosen)),
-                     SC_ERR_DATA);
-    assert_int_equal(said.errors, 1);
 }
 
 /* @return in how many rows of a legend in the upper left corner squares are red, as in square. */

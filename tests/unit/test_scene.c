@@ -118,14 +118,14 @@ TEST(rules_match_by_name_glob_and_number_and_the_last_one_wins)
         {.pattern = "12", .has_visible = true, .visible = true},
     };
 
-    assert_ok(sc_transfer_resolve(&quiet, &p.view, rules, 4, SC_OPACITY_MEASURED, tissues));
+    sc_transfer_resolve(&p.view, rules, 4, SC_OPACITY_MEASURED, tissues);
     assert_false(tissues[0].visible);
     assert_true(tissues[1].visible);
     assert_false(tissues[2].visible);
     assert_near(tissues[3].rgb_linear[0], 1, 1e-6);
     assert_near(tissues[3].opacity, 0.5, 0);
     assert_false(tissues[4].visible); /* the table makes it invisible */
-    assert_ok(sc_transfer_resolve(&quiet, &p.view, rules, 5, SC_OPACITY_MEASURED, tissues));
+    sc_transfer_resolve(&p.view, rules, 5, SC_OPACITY_MEASURED, tissues);
     assert_true(tissues[4].visible);
 }
 
@@ -133,12 +133,9 @@ TEST(a_rule_that_matches_nothing_is_refused_with_the_nearest_name)
 {
     SC_OWN(sc_volume_clear) sc_volume volume = {0};
     SC_OWN(clear_copy) prepared_copy p = striped(&volume);
-    sc_tissue tissues[5];
-    const sc_tissue_rule rule = {.pattern = "left ventrical", .where = "job.yaml:7"};
 
-    assert_int_equal(
-        sc_transfer_resolve(&listening, &p.view, &rule, 1, SC_OPACITY_MEASURED, tissues),
-        SC_ERR_DATA);
+    assert_int_equal(sc_pattern_check(&listening, &p.view, "left ventrical", "job.yaml:7"),
+                     SC_ERR_DATA);
     assert_string_equal(said.text, "job.yaml:7: tissue \"left ventrical\" matches no label of the "
                                    "volume; did you mean \"left ventricle\"?");
 }
@@ -242,24 +239,6 @@ TEST(a_tissue_that_is_not_clear_is_told)
     expect_message(nameless, 1, "*", NULL);
 }
 
-/* Every rule that matches nothing is told, and then every exception of a clip plane, once. */
-TEST(all_unknown_tissues_are_told)
-{
-    const sc_label labels[2] = {{.value = 0}, {.value = 1, .name = "aorta"}};
-    const sc_prepared volume = {.label_count = 2, .labels = labels};
-    const sc_tissue_rule rules[] = {{.pattern = "x"}, {.pattern = "aorta"}, {.pattern = "y"}};
-    const sc_clip_exception exceptions[] = {
-        {0, 0, "z", "job.yaml:1"}, {1, 0, "z", "job.yaml:1"}, {2, 0, "z", "job.yaml:9"}};
-    sc_tissue tissues[2];
-
-    assert_int_equal(
-        sc_transfer_resolve(&listening, &volume, rules, 3, SC_OPACITY_MEASURED, tissues),
-        SC_ERR_DATA);
-    assert_int_equal(said.errors, 2);
-    assert_int_equal(sc_clip_exceptions_check(&listening, &volume, exceptions, 3), SC_ERR_DATA);
-    assert_int_equal(said.errors, 4);
-}
-
 TEST(thicker_tissues_are_more_opaque)
 {
     const sc_opacity_scale scale = {0.3, 0.9, 1, 30}, point = {0.3, 0.9, 5, 5},
@@ -307,8 +286,8 @@ TEST(automatic_opacity_is_absolute)
                                      .low = {0, 0, 20 * id},
                                      .high = {60, 60, 20 * id + 18}};
     }
-    assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_MEASURED, tissues));
-    assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_PAPER, paper));
+    sc_transfer_resolve(&volume, NULL, 0, SC_OPACITY_MEASURED, tissues);
+    sc_transfer_resolve(&volume, NULL, 0, SC_OPACITY_PAPER, paper);
     assert_near(tissues[1].opacity, 0.5 + 0.45 * log(6.5) / log(15), 1e-9);
     assert_true(tissues[COUNT - 1].opacity - tissues[1].opacity < 0.03);
     assert_near(paper[1].opacity, 0.3, 1e-9);
@@ -319,7 +298,7 @@ TEST(automatic_opacity_is_absolute)
     for (int i = 0; i < 3; i++)
         volume.to_ras_mm.m[i][i] *= 0.01;
     volume.stats = small;
-    assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_MEASURED, model));
+    sc_transfer_resolve(&volume, NULL, 0, SC_OPACITY_MEASURED, model);
     assert_true(fabs(model[4].opacity - tissues[4].opacity) < 0.2);
     assert_true(model[COUNT - 1].opacity - model[1].opacity < 0.03);
 }
@@ -346,14 +325,14 @@ TEST(covers_step_back)
     assert_int_equal(p.view.stats[3].cover_layer, 0);
     assert_near(p.view.stats[1].shown, 1, 0);
     assert_near(p.view.stats[2].shown, 0, 0);
-    assert_ok(sc_transfer_resolve(&quiet, &p.view, NULL, 0, SC_OPACITY_MEASURED, tissues));
+    sc_transfer_resolve(&p.view, NULL, 0, SC_OPACITY_MEASURED, tissues);
     assert_true(tissues[1].is_cover && tissues[1].opacity > 0.1 && tissues[1].opacity < 0.2);
     assert_true(tissues[2].is_cover && tissues[2].opacity < 0.1);
     assert_true(!tissues[3].is_cover && tissues[3].opacity > 0.7);
     assert_near(tissues[3].opacity, tissues[4].opacity, 0.02);
-    assert_ok(sc_transfer_resolve(&quiet, &p.view, &solid, 1, SC_OPACITY_MEASURED, tissues));
+    sc_transfer_resolve(&p.view, &solid, 1, SC_OPACITY_MEASURED, tissues);
     assert_near(tissues[1].opacity, 1, 0);
-    assert_ok(sc_transfer_resolve(&quiet, &p.view, NULL, 0, SC_OPACITY_PAPER, tissues));
+    sc_transfer_resolve(&p.view, NULL, 0, SC_OPACITY_PAPER, tissues);
     assert_true(!tissues[1].is_cover && tissues[1].opacity >= 0.3);
 }
 
@@ -374,28 +353,28 @@ TEST(names_decide_what_is_hidden_and_what_is_opaque)
         stats[id] = (sc_label_stats){.voxels = 9, .thickness_mm = 5, .high = {9, 9, 9}};
     snprintf(labels[1].name, SC_NAME_BYTES, "aorta");
     snprintf(labels[2].name, SC_NAME_BYTES, "heart_other");
-    assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_MEASURED, tissues));
+    sc_transfer_resolve(&volume, NULL, 0, SC_OPACITY_MEASURED, tissues);
     assert_true(!tissues[1].is_cover && tissues[1].opacity > 0.7 && tissues[1].opacity < 1);
     assert_true(tissues[2].is_rest && !tissues[2].visible && tissues[2].opacity == 0);
     assert_ok(sc_hidden_labels(&quiet, labels, 3, NULL, 0, hidden));
     assert_true(!hidden[1] && hidden[2]);
-    assert_ok(sc_transfer_resolve(&quiet, &volume, &all, 1, SC_OPACITY_MEASURED, tissues));
+    sc_transfer_resolve(&volume, &all, 1, SC_OPACITY_MEASURED, tissues);
     assert_true(!tissues[2].is_rest && tissues[2].visible);
     assert_near(tissues[2].opacity, 1, 0);
-    assert_ok(sc_transfer_resolve(&quiet, &volume, &shown, 1, SC_OPACITY_MEASURED, tissues));
+    sc_transfer_resolve(&volume, &shown, 1, SC_OPACITY_MEASURED, tissues);
     assert_true(tissues[2].visible && tissues[2].opacity > 0.7);
-    assert_ok(sc_transfer_resolve(&quiet, &volume, &none, 1, SC_OPACITY_MEASURED, tissues));
+    sc_transfer_resolve(&volume, &none, 1, SC_OPACITY_MEASURED, tissues);
     assert_true(!tissues[1].visible && tissues[2].visible && tissues[2].opacity > 0.7);
     labels[2].opacity = 0.5F;
-    assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_MEASURED, tissues));
+    sc_transfer_resolve(&volume, NULL, 0, SC_OPACITY_MEASURED, tissues);
     assert_near(tissues[2].opacity, 0.5, 0);
     labels[2].opacity = -1;
     snprintf(labels[1].name, SC_NAME_BYTES, "ctx-lh-bankssts");
     snprintf(labels[2].name, SC_NAME_BYTES, "Left-Cerebral-White-Matter");
-    assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_MEASURED, tissues));
+    sc_transfer_resolve(&volume, NULL, 0, SC_OPACITY_MEASURED, tissues);
     assert_near(tissues[1].opacity, 1, 0);
     assert_near(tissues[2].opacity, 1, 0);
-    assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_PAPER, tissues));
+    sc_transfer_resolve(&volume, NULL, 0, SC_OPACITY_PAPER, tissues);
     assert_true(tissues[1].opacity < 1);
 }
 

@@ -5,21 +5,18 @@
 
 #define ENDING ".segc"
 
-/* Find the opacity of each label, for the light that is derived for the job; NULL if its tissues
- * have mistakes, which are told when the job is drawn. Caller owns *out: sc_free. */
+/* Find the opacity of each label, for the light that is derived for the job. Caller owns *out:
+ * sc_free. */
 static sc_status find_opacity(const sc_app *app, const sc_job *job, const sc_prepared *view,
                               float **out)
 {
-    const sc_ctx silent = {.rank = 0};
     const size_t labels = (size_t)view->label_count;
     SC_OWN(sc_free_at) sc_tissue *tissues = NULL;
     SC_OWN(sc_free_at) float *opacity = NULL;
 
     SC_PASS(SC_ZALLOC(app->ctx, labels, &tissues));
     SC_PASS(SC_ZALLOC(app->ctx, labels, &opacity));
-    if (sc_transfer_resolve(&silent, view, job->rules, job->rule_count, sc_job_opacity_rule(job),
-                            tissues) != SC_OK)
-        return SC_OK;
+    sc_transfer_resolve(view, job->rules, job->rule_count, sc_job_opacity_rule(job), tissues);
     for (int id = 1; id < view->label_count; id++)
         opacity[id] = tissues[id].visible ? (float)tissues[id].opacity : 0;
     SC_HAND_OVER(opacity, out);
