@@ -532,6 +532,9 @@ static void note_places(const sc_yaml *root, sc_job *job)
                   {"output.size", job->size_where, false},
                   {"output.fps", job->fps_where, false},
                   {"tissues", job->tissues_where, false},
+                  {"volume.phase", job->volume_box_where, false},
+                  {"volume.level", job->volume_box_where, false},
+                  {"volume.box", job->volume_box_where, false},
                   {"volume.header", job->volume_box_where, false},
                   {"animation.camera.zoom", job->zoom_where, false}};
 

@@ -88,10 +88,8 @@ static sc_status read_size(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 
     if (node->kind == SC_YAML_SCALAR)
         SC_PASS(read_word(ctx, key, node, size));
-    else if (node->kind != SC_YAML_LIST || node->count != 2 ||
-             !sc_parse_number(node->items[0], &size[0]) ||
-             !sc_parse_number(node->items[1], &size[1]))
-        return sc_wrong_type(ctx, node, key->type->expected);
+    else
+        SC_PASS(sc_read_numbers(ctx, key, node, 2, size));
     return store_whole(ctx, key, node, 2, size, value);
 }
 

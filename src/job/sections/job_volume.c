@@ -53,45 +53,19 @@ static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yam
     return SC_OK;
 }
 
-/* ---- level and box ---- */
-
-static sc_status read_level(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
-{
-    sc_job *job = value;
-
-    SC_PASS(sc_type_int.read(ctx, key, node, &job->volume_level));
-    sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
-    return SC_OK;
-}
-
-static sc_status write_level(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
-{
-    return sc_type_int.write(ctx, key, &((const sc_job *)value)->volume_level, text);
-}
-
-static const sc_value_type type_level = {
-    .name = "whole number",
-    .expected = "a whole number, 0 for the finest resolution",
-    .read = read_level,
-    .write = write_level,
-    .schema = "$int",
-};
+/* ---- phase and box ---- */
 
 /* Read which phase of a file is meant, counted from 0. */
 static sc_status read_phase(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    sc_job *job = value;
-    int phase;
-
-    SC_PASS(sc_type_int.read(ctx, key, node, &phase));
-    job->volume_phase = phase + 1;
-    sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
+    SC_PASS(sc_type_int.read(ctx, key, node, value));
+    ++*(int *)value;
     return SC_OK;
 }
 
 static sc_status write_phase(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
-    return sc_text_add(ctx, text, "%d", ((const sc_job *)value)->volume_phase - 1);
+    return sc_text_add(ctx, text, "%d", *(const int *)value - 1);
 }
 
 static const sc_value_type type_phase = {
@@ -135,7 +109,6 @@ static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
         node->kind == SC_YAML_LIST && node->count ? node->items[node->count - 1] : node;
     sc_yaml box = *node;
 
-    sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
     job->box = (sc_box){.visible = last->kind == SC_YAML_SCALAR};
     if (job->box.visible && !read_visible(last->text, &job->box.margin_mm))
         return sc_wrong_type(ctx, node, key->type->expected);
@@ -315,11 +288,11 @@ const sc_key sc_volume_keys[] = {
      .bytes = sizeof(((sc_job *)0)->volume_header), .given = SC_GIVEN(sc_job, has_header),
      .without = "what the file says",
      .option = &(const sc_key_option){"header", "LINE", LABEL_COMMANDS}},
-    {"level", &type_level, 0, NULL,
+    {"level", &sc_type_int, offsetof(sc_job, volume_level), NULL,
      .help = "of an image of OME-Zarr, N5 or Neuroglancer: which of its resolutions is read, 0 the "
              "finest",
      .low = 0, .high = 63, .given = SC_GIVEN(sc_job, has_level), .without = "the finest"},
-    {"phase", &type_phase, 0, NULL,
+    {"phase", &type_phase, offsetof(sc_job, volume_phase), NULL,
      .help =
          "of a file that holds several volumes, one for each time (4-D NIfTI or NRRD, a Zarr store "
          "with an axis t): which is read, counted from 0; with cine all are shown instead",
