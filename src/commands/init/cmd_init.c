@@ -318,23 +318,6 @@ static sc_status add_body(const sc_app *app, const sc_prepared *v, sc_text *out)
     return add_animation(app->ctx, out);
 }
 
-/* Write @p text to @p path, which must not exist, or to standard output for "-". */
-static sc_status write_job(const sc_app *app, const char *path, const sc_text *text)
-{
-    SC_OWN(sc_outfile_discard) sc_outfile file = {0};
-
-    sc_display_end_stage(app);
-    if (!strcmp(path, "-")) {
-        fwrite(text->data, 1, text->length_bytes, stdout);
-        return SC_OK;
-    }
-    SC_PASS(sc_outfile_open(app->ctx, path, false, &file));
-    fwrite(text->data, 1, text->length_bytes, file.stream);
-    SC_PASS(sc_outfile_commit(app->ctx, &file)); /* it also tells of errors in writing */
-    sc_print_made(path);
-    return SC_OK;
-}
-
 sc_status sc_init_write(sc_app *app, bool measures, sc_text *path, sc_text *out)
 {
     SC_OWN(sc_session_clear) sc_session session = {0};
@@ -364,5 +347,6 @@ sc_status sc_cmd_init(sc_app *app)
     SC_OWN(sc_text_clear) sc_text text = {0}, path = {0};
 
     SC_PASS(sc_init_write(app, true, &path, &text));
-    return write_job(app, path.data, &text);
+    sc_display_end_stage(app);
+    return sc_write_text(app, &text, path.data);
 }
