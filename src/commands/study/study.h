@@ -139,6 +139,8 @@ typedef struct sc_schedule {
     int round, at;       /* at: index into order of the next cell */
     uint64_t seed;
 } sc_schedule;
+/* @return whether two cells draw the same prepared volume on the same ranks. */
+bool sc_cells_share_volume(const sc_cell_info *a, const sc_cell_info *b);
 /* Allocate the arrays; rounds begin with @p round. Caller owns: sc_schedule_clear, also after an
  * error. */
 sc_status sc_schedule_init(const sc_ctx *ctx, const sc_cell_info *cells, int cell_count,

@@ -133,11 +133,8 @@ static void drop_held(sc_study_state *state)
  * on all ranks. */
 static bool can_keep_volume(const sc_study_state *state, int cell)
 {
-    const sc_cell_info *held = &state->cells[state->held.cell], *info = &state->cells[cell];
-
-    return state->held.is_anywhere && held->volume_key == info->volume_key &&
-           held->ranks == info->ranks && held->threads == info->threads &&
-           held->placement == info->placement;
+    return state->held.is_anywhere &&
+           sc_cells_share_volume(&state->cells[state->held.cell], &state->cells[cell]);
 }
 
 /* Fill state->held.session with the session of @p cell, with the volume of the one before if that

@@ -24,8 +24,7 @@ void sc_schedule_clear(sc_schedule *schedule)
     *schedule = (sc_schedule){0};
 }
 
-/* Do two cells draw the same prepared volume on the same ranks? */
-static bool share_volume(const sc_cell_info *a, const sc_cell_info *b)
+bool sc_cells_share_volume(const sc_cell_info *a, const sc_cell_info *b)
 {
     return a->volume_key == b->volume_key && a->ranks == b->ranks && a->threads == b->threads &&
            a->placement == b->placement;
@@ -47,7 +46,7 @@ static void begin_round(sc_schedule *s)
         for (int i = sorted; i < s->cell_count; i++) {
             const int cell = order[i];
 
-            if (!share_volume(&s->cells[first], &s->cells[cell]))
+            if (!sc_cells_share_volume(&s->cells[first], &s->cells[cell]))
                 continue;
             order[i] = order[sorted];
             order[sorted++] = cell;
@@ -81,7 +80,7 @@ double sc_schedule_estimate_s(const sc_schedule *schedule, int times)
             continue;
         /* A volume is prepared once in each round, for the first of its cells. */
         for (int j = 0; j < i && load_s > 0; j++) {
-            if (share_volume(&schedule->cells[i], &schedule->cells[j]) &&
+            if (sc_cells_share_volume(&schedule->cells[i], &schedule->cells[j]) &&
                 schedule->cells[j].runs_here)
                 load_s = 0;
         }
