@@ -82,15 +82,6 @@ static sc_status resolve_tissues(sc_app *app, sc_panel *panel)
                                &panel->looks.shifts, &panel->looks.shift_count);
 }
 
-/* Send how verbs move tissues to all ranks. Collective. */
-static sc_status share_shifts(sc_app *app, sc_panel *panel)
-{
-    sc_comm_broadcast(app->comm, &panel->looks.shift_count, sizeof panel->looks.shift_count);
-    return panel->looks.shift_count
-               ? SC_BROADCAST(app, panel->looks.shift_count, &panel->looks.shifts)
-               : SC_OK;
-}
-
 /* @return whether the colour of any tissue has key frames of its own. */
 static bool has_color_tracks(const sc_panel *panel)
 {
@@ -132,7 +123,8 @@ sc_status sc_panel_tissues(sc_app *app, sc_panel *panel)
     SC_PASS(SC_BROADCAST(app, (size_t)panel->volume.label_count, &panel->looks.tissues));
     sc_comm_broadcast(app->comm, &panel->looks.fade_count, sizeof panel->looks.fade_count);
     SC_PASS(SC_BROADCAST(app, panel->looks.fade_count, &panel->looks.fades));
-    SC_PASS(share_shifts(app, panel));
+    sc_comm_broadcast(app->comm, &panel->looks.shift_count, sizeof panel->looks.shift_count);
+    SC_PASS(SC_BROADCAST(app, panel->looks.shift_count, &panel->looks.shifts));
     SC_PASS(share_tones(app, panel));
     SC_PASS(sc_share_column_values(app, panel));
     SC_PASS(sc_comm_agree(app->comm,
