@@ -43,17 +43,21 @@ typedef struct resolving {
     const sc_prepared *volume;
     const sc_tissue *tissues;
     const sc_verbs *verbs;
-    bool *members;     /* [label_count]: of the present verb */
+    bool *members;     /* [label_count]: of the present verb; owned */
     sc_vec3 middle_mm; /* of all that is visible */
-    sc_change *shifts; /* [count], with room for all */
-    size_t count;
+    sc_changes shifts; /* owned */
 } resolving;
 
-/* Append a shift, unless it leads nowhere. */
-static void add_shift(resolving *r, const sc_change *shift)
+static void clear_resolving(resolving *r)
 {
-    if (sc_vec3_length(shift->to) > 0)
-        r->shifts[r->count++] = *shift;
+    sc_free(r->members);
+    sc_free(r->shifts.all);
+}
+
+/* Append a shift, unless it leads nowhere. */
+static sc_status add_shift(const sc_ctx *ctx, resolving *r, const sc_change *shift)
+{
+    return sc_vec3_length(shift->to) > 0 ? sc_changes_add(ctx, shift, &r->shifts) : SC_OK;
 }
 
 /* @return how far a verb moves what has its middle at @p middle_mm. */
@@ -74,7 +78,7 @@ static sc_vec3 way_of(const resolving *r, const sc_verb *verb, sc_vec3 middle_mm
 }
 
 /* Append the shifts of verb @p v. */
-static void add_shifts(resolving *r, size_t v)
+static sc_status add_shifts(const sc_ctx *ctx, resolving *r, size_t v)
 {
     const sc_verb *verb = &r->verbs->verbs[v];
     voxel_box common = empty_box();
@@ -93,57 +97,56 @@ static void add_shifts(resolving *r, size_t v)
         if (!verb->together)
             add_tissue(r->volume, id, &box);
         by_mm = way_of(r, verb, middle_of(r->volume, &box));
-        add_shift(r, &(sc_change){.id = id,
-                                  .kind = SC_VERB_EXPLODE,
-                                  .begin = verb->begin,
-                                  .end = verb->end,
-                                  .ease = verb->ease,
-                                  .to = by_mm});
+        SC_PASS(add_shift(ctx, r,
+                          &(sc_change){.id = id,
+                                       .kind = SC_VERB_EXPLODE,
+                                       .begin = verb->begin,
+                                       .end = verb->end,
+                                       .ease = verb->ease,
+                                       .to = by_mm}));
     }
-}
-
-/* @return the key frames of the offset of a tissue; NULL: it has none. */
-static const sc_track *offsets_of(const resolving *r, const sc_tissue *tissue)
-{
-    return tissue->offset_track && r->verbs->tracks ? &r->verbs->tracks[tissue->offset_track - 1]
-                                                    : NULL;
+    return SC_OK;
 }
 
 /* Append the shifts by which a tissue has its offset: the constant one, or the first, from the
  * beginning on, and those from each key frame to the next. */
-static void add_offset(resolving *r, int id)
+static sc_status add_offset(const sc_ctx *ctx, resolving *r, int id)
 {
     const sc_tissue *tissue = &r->tissues[id];
-    const sc_track *track = offsets_of(r, tissue);
+    const sc_track *track = sc_track_number(r->verbs->tracks, tissue->offset_track);
 
     if (!tissue->visible || !(tissue->opacity + tissue->interior_opacity > 0) ||
         !r->volume->stats[id].voxels)
-        return;
-    add_shift(r, &(sc_change){.id = id,
-                              .kind = SC_VERB_EXPLODE,
-                              .to = track ? track->keys[0].value : tissue->offset_mm});
+        return SC_OK;
+    SC_PASS(add_shift(ctx, r,
+                      &(sc_change){.id = id,
+                                   .kind = SC_VERB_EXPLODE,
+                                   .to = track ? track->keys[0].value : tissue->offset_mm}));
     for (int i = 1; track && i < track->count; i++) {
         const sc_key_frame *from = &track->keys[i - 1], *to = &track->keys[i];
 
-        add_shift(r, &(sc_change){.id = id,
-                                  .kind = SC_VERB_EXPLODE,
-                                  .begin = from->at,
-                                  .end = to->at,
-                                  .ease = to->ease,
-                                  .to = sc_vec3_sub(to->value, from->value)});
+        SC_PASS(add_shift(ctx, r,
+                          &(sc_change){.id = id,
+                                       .kind = SC_VERB_EXPLODE,
+                                       .begin = from->at,
+                                       .end = to->at,
+                                       .ease = to->ease,
+                                       .to = sc_vec3_sub(to->value, from->value)}));
     }
+    return SC_OK;
 }
 
 /* ---- parts ---- */
 
 /* Find the part of a tissue whose shifts are the @p n from @p at on: that of a tissue before it
  * with the same shifts, or a new one. @return it, or -1 if there are too many. */
-static int find_part(const resolving *r, const sc_tissue *tissues, size_t at, size_t n, int *parts)
+static int find_part(const sc_change *shifts, const sc_tissue *tissues, size_t at, size_t n,
+                     int *parts)
 {
-    for (size_t i = 0; i < at; i += sc_changes_of_first(r->shifts + i, at - i)) {
-        if (sc_changes_of_first(r->shifts + i, at - i) == n &&
-            sc_changes_same(r->shifts + i, r->shifts + at, n))
-            return tissues[r->shifts[i].id].part;
+    for (size_t i = 0; i < at; i += sc_changes_of_first(shifts + i, at - i)) {
+        if (sc_changes_of_first(shifts + i, at - i) == n &&
+            sc_changes_same(shifts + i, shifts + at, n))
+            return tissues[shifts[i].id].part;
     }
     if (*parts == SC_PARTS_MAX)
         return -1;
@@ -168,77 +171,55 @@ static sc_status too_many(const sc_ctx *ctx, const resolving *r)
                    SC_PARTS_MAX - 1);
 }
 
-/* @return room for how many shifts is needed. */
-static size_t count_shifts(const resolving *r)
-{
-    size_t count = 0;
-
-    for (size_t v = 0; v < r->verbs->verb_count; v++) {
-        if (r->verbs->verbs[v].kind == SC_VERB_EXPLODE)
-            count += (size_t)r->volume->label_count;
-    }
-    for (int id = 1; id < r->volume->label_count; id++) {
-        const sc_track *track = offsets_of(r, &r->tissues[id]);
-
-        count +=
-            track ? (size_t)track->count : (size_t)(sc_vec3_length(r->tissues[id].offset_mm) > 0);
-    }
-    return count;
-}
-
 /* Set part of all tissues. @return SC_ERR_DATA, logged. */
 static sc_status set_parts(const sc_ctx *ctx, const resolving *r, sc_tissue *tissues)
 {
+    const sc_changes *s = &r->shifts;
     int parts = 1;
     size_t n;
 
-    for (size_t at = 0; at < r->count; at += n) {
+    for (size_t at = 0; at < s->count; at += n) {
         int part;
 
-        n = sc_changes_of_first(r->shifts + at, r->count - at);
-        part = find_part(r, tissues, at, n, &parts);
+        n = sc_changes_of_first(s->all + at, s->count - at);
+        part = find_part(s->all, tissues, at, n, &parts);
         if (part < 0)
             return too_many(ctx, r);
-        tissues[r->shifts[at].id].part = (uint8_t)part;
+        tissues[s->all[at].id].part = (uint8_t)part;
     }
     return SC_OK;
+}
+
+/* Append the shifts of all verbs and offsets. */
+static sc_status add_all(const sc_ctx *ctx, resolving *r)
+{
+    for (size_t v = 0; v < r->verbs->verb_count; v++) {
+        if (r->verbs->verbs[v].kind == SC_VERB_EXPLODE)
+            SC_PASS(add_shifts(ctx, r, v));
+    }
+    for (int id = 1; id < r->volume->label_count; id++)
+        SC_PASS(add_offset(ctx, r, id));
+    return sc_changes_sort(ctx, &r->shifts);
 }
 
 sc_status sc_explodes_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_tissue *tissues,
                               const sc_verbs *verbs, sc_change **out, size_t *count)
 {
-    const size_t labels = (size_t)volume->label_count;
+    SC_OWN(clear_resolving)
     resolving r = {.volume = volume, .tissues = tissues, .verbs = verbs};
     voxel_box visible = empty_box();
-    size_t room;
-    SC_OWN(sc_free_at) bool *members = NULL;
-    SC_OWN(sc_free_at) sc_change *shifts = NULL;
 
     for (int id = 0; id < volume->label_count; id++) {
         tissues[id].part = 0;
         if (id && tissues[id].visible)
             add_tissue(volume, id, &visible);
     }
-    room = count_shifts(&r);
-    *out = NULL;
-    *count = 0;
-    if (!room)
-        return SC_OK;
-    SC_PASS(SC_ALLOC(ctx, labels, &members));
-    r.members = members;
-    SC_PASS(SC_ALLOC(ctx, room, &shifts));
-    r.shifts = shifts;
     r.middle_mm = middle_of(volume, &visible);
-    for (size_t v = 0; v < verbs->verb_count; v++) {
-        if (verbs->verbs[v].kind == SC_VERB_EXPLODE)
-            add_shifts(&r, v);
-    }
-    for (int id = 1; id < volume->label_count; id++)
-        add_offset(&r, id);
-    SC_PASS(sc_changes_sort(ctx, r.shifts, r.count));
+    SC_PASS(SC_ALLOC(ctx, (size_t)volume->label_count, &r.members));
+    SC_PASS(add_all(ctx, &r));
     SC_PASS(set_parts(ctx, &r, tissues));
-    *count = r.count;
-    SC_HAND_OVER(shifts, out);
+    *count = r.shifts.count;
+    SC_HAND_OVER(r.shifts.all, out);
     return SC_OK;
 }
 

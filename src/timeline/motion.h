@@ -40,9 +40,17 @@ int sc_sights_between(const sc_timeline *timeline, double first, double last,
 size_t sc_changes_of_first(const sc_change *changes, size_t count);
 /* @return whether changes [count] of two tissues are the same, but for rounding. */
 bool sc_changes_same(const sc_change *a, const sc_change *b, size_t count);
+/* What happens to tissues, while it is found. */
+typedef struct sc_changes {
+    sc_change *all; /* [count], with room for more; owned: sc_free */
+    size_t count, room;
+} sc_changes;
+sc_status sc_changes_add(const sc_ctx *ctx, const sc_change *change, sc_changes *out);
 /* Sort changes by their tissues and, of one tissue, by the time at which they begin; equal ones
  * keep their order. @return SC_ERR_MEMORY. */
-sc_status sc_changes_sort(const sc_ctx *ctx, sc_change *changes, size_t count);
+sc_status sc_changes_sort(const sc_ctx *ctx, sc_changes *changes);
+/* @return the key frames of number @p number, as of sc_tissue.opacity_track; NULL if that is 0. */
+const sc_track *sc_track_number(const sc_track *tracks, int number);
 /* Find the colour behind the tissues at a time. @param rgb sRGB. */
 void sc_find_background(const sc_background *background, double at, uint8_t rgb[3]);
 /* Fill @p out, as of sc_scene.fades, with what the opacities of tissues are multiplied by at a

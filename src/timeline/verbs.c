@@ -60,15 +60,14 @@ typedef struct resolving {
     const sc_verbs *verbs;
     bool *taken;      /* [label_count]: by the present verb; owned */
     member *members;  /* room for [label_count]; owned */
-    sc_change *fades; /* [fade_count], with room for fade_room; owned */
-    size_t fade_count, fade_room;
+    sc_changes fades; /* owned */
 } resolving;
 
 static void clear_resolving(resolving *r)
 {
     sc_free(r->taken);
     sc_free(r->members);
-    sc_free(r->fades);
+    sc_free(r->fades.all);
 }
 
 /* Find the tissues of verb @p v that can be seen, each once. @param taken [label_count]: set for
@@ -130,25 +129,21 @@ static sc_status add_fades(const sc_ctx *ctx, resolving *r, const sc_verb *verb,
     const double stagger = verb->kind == SC_VERB_APPEAR ? verb->stagger : 0;
     const double each = (verb->end - verb->begin) / (1 + stagger * ((double)count - 1));
 
-    if (r->fade_count + count > r->fade_room) {
-        const size_t room = 2 * r->fade_room + count;
-
-        SC_PASS(SC_RESIZE(ctx, r->fade_count, room, &r->fades));
-        r->fade_room = room;
-    }
     for (size_t i = 0; i < count; i++) {
         const double begin = verb->begin + (double)i * stagger * each;
 
-        r->fades[r->fade_count++] =
-            (sc_change){.id = r->members[i].id,
-                        .kind = verb->kind,
-                        .begin = begin,
-                        .end = i + 1 == count ? verb->end : fmin(begin + each, verb->end),
-                        .ease = verb->ease,
-                        .to = {factor_of(verb, &r->tissues[r->members[i].id]), 0, 0},
-                        .times = verb->times,
-                        .replaces = verb->kind != SC_VERB_APPEAR && !verb->to_factor &&
-                                    r->tissues[r->members[i].id].opacity_track};
+        SC_PASS(sc_changes_add(
+            ctx,
+            &(sc_change){.id = r->members[i].id,
+                         .kind = verb->kind,
+                         .begin = begin,
+                         .end = i + 1 == count ? verb->end : fmin(begin + each, verb->end),
+                         .ease = verb->ease,
+                         .to = {factor_of(verb, &r->tissues[r->members[i].id]), 0, 0},
+                         .times = verb->times,
+                         .replaces = verb->kind != SC_VERB_APPEAR && !verb->to_factor &&
+                                     r->tissues[r->members[i].id].opacity_track},
+            &r->fades));
     }
     return SC_OK;
 }
@@ -192,8 +187,17 @@ static bool comes_after(const sc_change *a, const sc_change *b)
     return a->id != b->id ? a->id > b->id : a->begin > b->begin;
 }
 
-sc_status sc_changes_sort(const sc_ctx *ctx, sc_change *changes, size_t count)
+sc_status sc_changes_add(const sc_ctx *ctx, const sc_change *change, sc_changes *out)
 {
+    SC_PASS(SC_GROW(ctx, out->count, &out->room, &out->all));
+    out->all[out->count++] = *change;
+    return SC_OK;
+}
+
+sc_status sc_changes_sort(const sc_ctx *ctx, sc_changes *changes)
+{
+    const size_t count = changes->count;
+    sc_change *all = changes->all;
     SC_OWN(sc_free_at) sc_change *room = NULL;
 
     SC_PASS(SC_ALLOC(ctx, count, &room));
@@ -204,12 +208,11 @@ sc_status sc_changes_sort(const sc_ctx *ctx, sc_change *changes, size_t count)
             size_t left = low, right = middle;
 
             for (size_t to = low; to < high; to++)
-                room[to] = right == high ||
-                                   (left < middle && !comes_after(&changes[left], &changes[right]))
-                               ? changes[left++]
-                               : changes[right++];
+                room[to] = right == high || (left < middle && !comes_after(&all[left], &all[right]))
+                               ? all[left++]
+                               : all[right++];
         }
-        memcpy(changes, room, count * sizeof *changes);
+        memcpy(all, room, count * sizeof *all);
     }
     return SC_OK;
 }
@@ -257,8 +260,7 @@ static int compare_tracks(const void *a, const void *b)
     return (left->id > right->id) - (left->id < right->id);
 }
 
-/* @return the key frames of number @p number; NULL if that is 0. */
-static const sc_track *track_of(const sc_track *tracks, int number)
+const sc_track *sc_track_number(const sc_track *tracks, int number)
 {
     return number && tracks ? &tracks[number - 1] : NULL;
 }
@@ -296,7 +298,7 @@ static size_t find_tracks(const resolving *r, const sc_change *fades, size_t cou
 
         i += t.count;
         for (int j = 0; j < 2; j++)
-            t.keys[j] = track_of(r->verbs->tracks, t.numbers[j]);
+            t.keys[j] = sc_track_number(r->verbs->tracks, t.numbers[j]);
         if (!t.count && ((!t.keys[0] && !t.keys[1]) || !is_seen(tissue)))
             continue;
         t.middle = middle_of(&t);
@@ -310,7 +312,7 @@ static size_t find_tracks(const resolving *r, const sc_change *fades, size_t cou
  * room for [label_count]. */
 static void set_groups(const resolving *r, track *tracks, sc_tissue *tissues)
 {
-    const size_t n = find_tracks(r, r->fades, r->fade_count, tracks);
+    const size_t n = find_tracks(r, r->fades.all, r->fades.count, tracks);
     size_t kinds = 0, kind = 0;
 
     qsort(tracks, n, sizeof *tracks, compare_tracks);
@@ -361,10 +363,10 @@ sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_tiss
     SC_PASS(SC_ALLOC(ctx, labels, &r.members));
     SC_PASS(SC_ALLOC(ctx, labels, &tracks));
     SC_PASS(resolve_all(ctx, &r));
-    SC_PASS(sc_changes_sort(ctx, r.fades, r.fade_count));
+    SC_PASS(sc_changes_sort(ctx, &r.fades));
     set_groups(&r, tracks, tissues);
-    *count = r.fade_count;
-    SC_HAND_OVER(r.fades, out);
+    *count = r.fades.count;
+    SC_HAND_OVER(r.fades.all, out);
     return SC_OK;
 }
 
@@ -418,8 +420,8 @@ static double factor_of_tissue(const sc_looks *looks, int id, const sc_change *f
                                double at)
 {
     const sc_tissue *tissue = &looks->tissues[id];
-    const sc_track *key = track_of(looks->tissue_tracks, tissue->opacity_track);
-    const sc_track *visible = track_of(looks->tissue_tracks, tissue->visible_track);
+    const sc_track *key = sc_track_number(looks->tissue_tracks, tissue->opacity_track);
+    const sc_track *visible = sc_track_number(looks->tissue_tracks, tissue->visible_track);
     const double greatest = key ? tissue->opacity : 1;
     const double own = key ? sc_track_value(key, at).x : 1;
     const double factor = opacity_at(own, greatest, fades, count, at) / greatest;
