@@ -122,9 +122,8 @@ typedef struct sc_orbit {
 
 /** A clip plane, which may move along its normal. */
 typedef struct sc_sweep {
-    sc_vec3 normal; /**< unit, towards what is kept */
-    sc_plane_position from,
-        to; /**< where it lies: the same, or of at_track the first and the last */
+    sc_vec3 normal;       /**< unit, towards what is kept */
+    sc_plane_position at; /**< where it lies; of at_track the first */
     /** Key frames of which tissues it does not cut (sc_clip_exception.span): when they are. 0:
      * there are none, the tissues are the same in all frames. */
     int except_count;
@@ -368,11 +367,11 @@ typedef struct sc_looks {
 /** An animation in which all that depends on the volume is filled in: the framing of the camera and
  *  the positions of the planes in mm. Owns no memory. */
 typedef struct sc_timeline {
-    sc_animation animation; /**< its camera has a target and a distance now */
-    double from_mm[SC_PLANES_MAX], to_mm[SC_PLANES_MAX]; /**< plane positions along the normals */
-    double half_height;                                  /**< as of sc_camera, before the zoom */
-    sc_looks looks;                                      /**< set by the caller */
-    sc_clip_set clip_sets[SC_CLIP_SETS_MAX];             /**< [clip_set_count] */
+    sc_animation animation;      /**< its camera has a target and a distance now */
+    double at_mm[SC_PLANES_MAX]; /**< where planes lie along their normals, by sc_sweep.at */
+    double half_height;          /**< as of sc_camera, before the zoom */
+    sc_looks looks;              /**< set by the caller */
+    sc_clip_set clip_sets[SC_CLIP_SETS_MAX]; /**< [clip_set_count] */
     int clip_set_count;
     sc_vec3 low_mm, high_mm;     /**< bounding box of the visible tissues, RAS */
     sc_move moves[SC_VERBS_MAX]; /**< [animation.move_count] of them, by the time at which they

@@ -34,18 +34,18 @@ static bool take_camera(const sc_orbit *from, sc_orbit *to)
     return true;
 }
 
-/* Put a plane of a job into a timeline. @param from_mm, to_mm where it lies there. @return false if
+/* Put a plane of a job into a timeline. @param at_mm where it lies there. @return false if
  * that needs the extent of what is visible. */
-static bool take_plane(const sc_sweep *from, sc_sweep *to, double *from_mm, double *to_mm)
+static bool take_plane(const sc_sweep *from, sc_sweep *to, double *at_mm)
 {
-    const bool stays = from->from.percent == to->from.percent && from->from.value == to->from.value;
+    const bool stays = from->at.percent == to->at.percent && from->at.value == to->at.value;
 
     if (from->at_track.count || from->normal_track.count || to->at_track.count ||
         to->normal_track.count || from->except_count != to->except_count ||
-        (from->from.percent && !stays))
+        (from->at.percent && !stays))
         return false;
-    if (!from->from.percent)
-        *from_mm = *to_mm = from->from.value;
+    if (!from->at.percent)
+        *at_mm = from->at.value;
     *to = *from;
     return true;
 }
@@ -59,7 +59,7 @@ static bool take(const sc_animation *from, sc_timeline *to)
         from->clip_mode != own->clip_mode || !take_camera(&from->camera, &own->camera))
         return false;
     for (int i = 0; i < own->sweep_count; i++) {
-        if (!take_plane(&from->sweeps[i], &own->sweeps[i], &to->from_mm[i], &to->to_mm[i]))
+        if (!take_plane(&from->sweeps[i], &own->sweeps[i], &to->at_mm[i]))
             return false;
     }
     return true;

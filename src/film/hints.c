@@ -325,10 +325,12 @@ static int find_effects(const sc_timeline *t, plane_effect *effects, int *first,
 }
 
 /* Is a position of the plane given in mm? A plane at a share of what is shown lies within it and
- * needs no warning. */
+ * needs no warning. @param sweep as the job has it. */
 static bool is_in_mm(const sc_sweep *sweep)
 {
-    return !sweep->from.percent || !sweep->to.percent;
+    const int count = sweep->at_track.count;
+
+    return !sweep->at.percent || (count && !(sweep->at_track.keys[count - 1].value.y > 0));
 }
 
 /* Does another plane have the opposite normal? Then both are sides of a box or slab, and one of
@@ -354,12 +356,15 @@ static void tell_position(const sc_app *app, const sc_panel *panel, int plane,
     const char *where = panel->job.clip_where[plane];
     const sc_vec3 n = t->animation.sweeps[plane].normal;
     const sc_length_unit unit = sc_length_unit_for((effect->to_mm - effect->from_mm) / 10);
+    const sc_track *track = &t->animation.sweeps[plane].at_track;
+    const double from_mm = t->at_mm[plane],
+                 to_mm = track->count ? track->keys[track->count - 1].value.x : from_mm;
     char at[640]; /* room for two of the longest numbers */
 
-    snprintf(at, sizeof at, "%.1f", sc_no_negative_zero(t->from_mm[plane] / unit.mm, 1));
-    if (t->from_mm[plane] != t->to_mm[plane])
+    snprintf(at, sizeof at, "%.1f", sc_no_negative_zero(from_mm / unit.mm, 1));
+    if (from_mm != to_mm && !t->animation.sweeps[plane].normal_track.count)
         snprintf(at + strlen(at), sizeof at - strlen(at), " to %.1f",
-                 sc_no_negative_zero(t->to_mm[plane] / unit.mm, 1));
+                 sc_no_negative_zero(to_mm / unit.mm, 1));
     sc_warn(app->ctx,
             "%s%sclip plane %d, at %s %s along its normal (%.3f, %.3f, %.3f), %s: what is shown "
             "lies from %.1f to %.1f %s along that normal; a plane through a point in patient "
@@ -380,7 +385,7 @@ void sc_warn_of_planes(const sc_app *app, const sc_panel *panel)
     const char *where = panel->job.clip_where[which];
 
     for (int i = 0; i < t->animation.sweep_count; i++) {
-        if (!is_in_mm(&t->animation.sweeps[i]))
+        if (!is_in_mm(&panel->job.animation.sweeps[i]))
             continue;
         if (keeps && effects[i].removes_all == t->animation.frames)
             tell_position(app, panel, i, &effects[i], "removes everything");

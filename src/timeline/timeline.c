@@ -135,7 +135,7 @@ static void resolve_tracks(const sc_vec3 *points, size_t point_count, sc_vec3 mi
     for (int i = 0; i < track->count; i++) {
         const sc_vec3 *value = &track->keys[i].value;
         const sc_plane_position at =
-            stays ? sweep->from : (sc_plane_position){.value = value->x, .percent = value->y > 0};
+            stays ? sweep->at : (sc_plane_position){.value = value->x, .percent = value->y > 0};
 
         track->keys[i].value =
             (sc_vec3){stays && sweep->has_point
@@ -153,8 +153,7 @@ static void place_plane(const sc_vec3 *points, size_t point_count, int i, sc_tim
     double low, high;
 
     sc_extent(points, point_count, sweep->normal, &low, &high);
-    t->from_mm[i] = position_mm(&sweep->from, low, high);
-    t->to_mm[i] = position_mm(&sweep->to, low, high);
+    t->at_mm[i] = position_mm(&sweep->at, low, high);
     if (sweep->at_track.count || sweep->normal_track.count)
         resolve_tracks(points, point_count, middle_mm, sweep);
 }

@@ -40,7 +40,7 @@ sc_plane sc_plane_at(const sc_timeline *t, int plane, double at)
 {
     const sc_sweep *sweep = &t->animation.sweeps[plane];
     /* Along its normal from the origin or, where its normal has key frames, from its pivot. */
-    sc_plane out = {sweep->normal, -sc_number_at(&sweep->at_track, t->from_mm[plane], at)};
+    sc_plane out = {sweep->normal, -sc_number_at(&sweep->at_track, t->at_mm[plane], at)};
 
     if (sweep->normal_track.count) {
         out.normal = sc_track_direction(&sweep->normal_track, at);

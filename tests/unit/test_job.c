@@ -444,7 +444,7 @@ static void expect_full(const sc_job *job)
     assert_near(job->animation.camera.zoom_track.keys[1].value.x, 2, 0);
     assert_int_equal(job->animation.clip_mode, SC_CLIP_CUT);
     assert_int_equal(job->animation.sweep_count, 2);
-    assert_true(job->animation.sweeps[0].from.percent && !job->animation.sweeps[0].to.percent);
+    assert_true(job->animation.sweeps[0].at.percent);
     assert_near(job->animation.sweeps[0].at_track.keys[0].at, 0.2, 1e-12);
     assert_near(job->animation.sweeps[1].normal.z, 0.8, 1e-12);
     assert_true(!job->animation.sweeps[0].has_active && job->animation.sweeps[1].has_active);
@@ -868,7 +868,7 @@ TEST(the_command_line_beats_the_environment_beats_the_file)
     assert_string_equal(job.rules[0].pattern, "left atrium");
     sc_job_clear(&job);
     assert_ok(load(full, "animation.clip.1.at=30%", NULL, &job));
-    assert_near(job.animation.sweeps[1].from.value, 30, 0);
+    assert_near(job.animation.sweeps[1].at.value, 30, 0);
     sc_job_clear(&job);
     assert_int_equal(load(text, "render.quality=best", NULL, &job), SC_ERR_USAGE);
     assert_non_null(strstr(said.text, "render.quality=best"));
@@ -1139,10 +1139,10 @@ TEST(a_box_is_six_planes)
                    NULL, NULL, &job));
     assert_int_equal(job.animation.sweep_count, 6);
     assert_int_equal(job.exception_count, 12);
-    assert_true(job.animation.sweeps[0].normal.x == 1 && job.animation.sweeps[0].from.value == 10);
-    assert_true(job.animation.sweeps[1].normal.x == -1 && job.animation.sweeps[1].from.value == 40);
-    assert_true(job.animation.sweeps[3].normal.y == -1 &&
-                job.animation.sweeps[3].from.value == -30 && !job.animation.sweeps[3].from.percent);
+    assert_true(job.animation.sweeps[0].normal.x == 1 && job.animation.sweeps[0].at.value == 10);
+    assert_true(job.animation.sweeps[1].normal.x == -1 && job.animation.sweeps[1].at.value == 40);
+    assert_true(job.animation.sweeps[3].normal.y == -1 && job.animation.sweeps[3].at.value == -30 &&
+                !job.animation.sweeps[3].at.percent);
 }
 
 TEST(ranges_of_frames)

@@ -322,9 +322,7 @@ static sc_animation sweep_of(double mm, double shutter)
                                  .zoom = 1,
                                  .optics = {.shutter = shutter}},
                       .sweep_count = 1,
-                      .sweeps = {{.normal = {1, 0, 0},
-                                  .from = {MIDDLE - 2 * mm, false},
-                                  .to = {MIDDLE + 2 * mm, false}}}};
+                      .sweeps = {{.normal = {1, 0, 0}, .at = {MIDDLE - 2 * mm, false}}}};
     sc_track *track = &a.sweeps[0].at_track;
 
     track->count = 2;

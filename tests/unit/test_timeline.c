@@ -269,9 +269,7 @@ TEST(a_plane_turns_about_its_line)
 
     a.sweep_count = 2;
     for (int i = 0; i < 2; i++)
-        a.sweeps[i] = (sc_sweep){.normal = {0, -1, 0},
-                                 .from = {.value = 75, .percent = true},
-                                 .to = {.value = 75, .percent = true}};
+        a.sweeps[i] = (sc_sweep){.normal = {0, -1, 0}, .at = {.value = 75, .percent = true}};
     a.moves = moves;
     a.move_count = 2;
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
@@ -481,7 +479,7 @@ TEST(planes_follow_their_key_frames)
     a.sweeps[0] = (sc_sweep){.normal = {1, 0, 0}};
     a.sweeps[0].at_track =
         (sc_track){3, {{0, {0}, {25, 1, 0}}, {0.5, {0}, {130, 0, 0}}, {1, {0}, {100, 1, 0}}}};
-    a.sweeps[1] = (sc_sweep){.normal = {1, 0, 0}, .from = {50, true}};
+    a.sweeps[1] = (sc_sweep){.normal = {1, 0, 0}, .at = {50, true}};
     a.sweeps[1].normal_track = (sc_track){2, {{0.25, {0}, {1, 0, 0}}, {0.75, {0}, {0, 1, 0}}}};
     a.sweeps[2] = a.sweeps[1];
     a.sweeps[2].has_point = true;

@@ -62,10 +62,10 @@ static sc_status read_at(const sc_ctx *ctx, const sc_key *key, const sc_yaml *no
     if (entry->has_point)
         return sc_type_point.read(ctx, key, node, &entry->point_mm);
     if (!sc_is_track(node))
-        return sc_type_plane_position.read(ctx, key, node, &sweep->from);
+        return sc_type_plane_position.read(ctx, key, node, &sweep->at);
     status = sc_read_track(ctx, key, node, &sweep->at_track);
     if (status == SC_OK)
-        sweep->from = position_of(sweep->at_track.keys[0].value);
+        sweep->at = position_of(sweep->at_track.keys[0].value);
     return status;
 }
 
@@ -77,7 +77,7 @@ static sc_status write_at(const sc_ctx *ctx, const sc_key *key, const void *valu
     if (entry->has_point)
         return sc_type_point.write(ctx, key, &entry->point_mm, text);
     return sweep->at_track.count ? sc_write_track(ctx, key, &sweep->at_track, text)
-                                 : sc_type_plane_position.write(ctx, key, &sweep->from, text);
+                                 : sc_type_plane_position.write(ctx, key, &sweep->at, text);
 }
 
 static const sc_value_type type_at = {
@@ -295,14 +295,11 @@ static void add_plane(plane_entry *entry, sc_job *job)
     sc_sweep *sweep = &entry->sweep;
 
     if (entry->has_point)
-        sweep->from = (sc_plane_position){.value = sc_vec3_dot(sweep->normal, entry->point_mm)};
+        sweep->at = (sc_plane_position){.value = sc_vec3_dot(sweep->normal, entry->point_mm)};
     if (entry->has_point && sweep->normal_track.count) {
         sweep->has_point = true;
         sweep->point_mm = entry->point_mm;
     }
-    sweep->to = sweep->at_track.count
-                    ? position_of(sweep->at_track.keys[sweep->at_track.count - 1].value)
-                    : sweep->from;
     job->animation.sweeps[job->animation.sweep_count++] = *sweep;
 }
 
@@ -318,7 +315,7 @@ static void add_box(const plane_entry *box, sc_job *job)
                                         high.percent};
 
         sweep.normal = i % 2 ? sc_vec3_scale(axes[i / 2], -1) : axes[i / 2];
-        sweep.from = sweep.to = i % 2 ? back : low;
+        sweep.at = i % 2 ? back : low;
         job->animation.sweeps[job->animation.sweep_count++] = sweep;
     }
 }
