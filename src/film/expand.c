@@ -74,6 +74,19 @@ static void expand_orbits(sc_job *job)
     drop_verbs(job, 1u << SC_VERB_ORBIT);
 }
 
+/* Append what a pulse does to the opacity of a tissue: halves of its beats, there and back. @return
+ * as add_ramp; false also if it does not go and come alike. */
+static bool add_pulse(const sc_change *f, sc_track *track)
+{
+    const double half = (f->end - f->begin) / (2 * f->times);
+    bool done = f->ease.kind == SC_EASE_LINEAR || f->ease.kind == SC_EASE_SMOOTH;
+
+    for (int i = 0; i < 2 * f->times && done; i++)
+        done = add_ramp(1, i % 2 ? 1 - f->to.x : f->to.x - 1, f->begin + i * half,
+                        i + 1 < 2 * f->times ? f->begin + (i + 1) * half : f->end, f->ease, track);
+    return done;
+}
+
 /* Find the key frames of the opacities of tissues that the verbs of a panel change, all of which
  * have the opacity 1. @param tracks [fade_count], zeroed: one for each tissue, in their order.
  * @return whether all can be found. */
@@ -83,13 +96,17 @@ static bool find_opacities(const sc_panel *panel, sc_track *tracks)
         const sc_change *f = &panel->looks.fades[i];
         const sc_tissue *t = &panel->looks.tissues[f->id];
         const double first = f->kind == SC_VERB_APPEAR ? 0 : 1;
+        const bool is_pulse = f->kind == SC_VERB_PULSE;
 
         tracks += i && f->id != f[-1].id;
-        if (f->kind == SC_VERB_PULSE || f->to.x > 1 || t->opacity_auto || t->opacity != 1 ||
-            t->interior_opacity != 0 || t->opacity_track || panel->volume.labels[f->id].value < 0 ||
-            !add_ramp(first,
-                      f->to.x - (tracks->count ? tracks->keys[tracks->count - 1].value.x : first),
-                      f->begin, f->end, f->ease, tracks))
+        if ((i && f->id == f[-1].id && (is_pulse || f[-1].kind == SC_VERB_PULSE)) || f->to.x > 1 ||
+            t->opacity_auto || t->opacity != 1 || t->interior_opacity != 0 || t->opacity_track ||
+            panel->volume.labels[f->id].value < 0 ||
+            !(is_pulse ? add_pulse(f, tracks)
+                       : add_ramp(first,
+                                  f->to.x - (tracks->count ? tracks->keys[tracks->count - 1].value.x
+                                                           : first),
+                                  f->begin, f->end, f->ease, tracks)))
             return false;
     }
     return true;
@@ -120,7 +137,7 @@ static sc_status expand_fades(const sc_ctx *ctx, const sc_panel *panel, sc_job *
         rule.opacity_track = (int)job->tissue_track_count;
         job->rules[job->rule_count++] = rule;
     }
-    drop_verbs(job, 1u << SC_VERB_FADE | 1u << SC_VERB_APPEAR);
+    drop_verbs(job, 1u << SC_VERB_FADE | 1u << SC_VERB_APPEAR | 1u << SC_VERB_PULSE);
     return SC_OK;
 }
 

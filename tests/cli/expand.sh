@@ -10,13 +10,14 @@ expand() { # expand NAME OPTIONS...: expand the job of a verb to NAME.yaml, and 
     "$SEGCAST" render "$name.yaml" -q -o tracks >/dev/null
     [ "$(hashes verbs)" = "$(hashes tracks)" ] || fail "$name.yaml: frames are others than with verbs"
 }
-for verb in orbit fade appear; do
+for verb in orbit fade appear pulse; do
     expand $verb
     grep -q "verbs: \[\]" $verb.yaml || fail "$verb.yaml: verbs are left: $(grep -A3 verbs: $verb.yaml)"
 done
 expand orbit --set animation.camera.orbit.turns=0.3 --set animation.camera.orbit.angle=12
 grep -q -- "- {orbit: " orbit.yaml || fail "orbit.yaml: a sum of four angles would be rounded otherwise"
+expand pulse --set animation.verbs.0.ease=in # the way back is none of the eases
+expand zoom
 for verb in pulse zoom; do
-    expand $verb
     grep -q -- "- {$verb: " $verb.yaml || fail "$verb.yaml: the verb is gone"
 done
