@@ -275,6 +275,9 @@ sc_track *sc_track_of(const sc_key *key, void *value);
 
 /* ---- positions.c ---- */
 
+/* Read a number and, behind it, its unit. @param unit "%", "mm", or "" if there is none. @return
+ * false if @p node is anything else. */
+bool sc_parse_position(const sc_yaml *node, double *number, const char **unit);
 /* Read a time in seconds as sc_times_resolve leaves them in a film, such as 1.5s. @return false if
  * @p node is anything else. */
 bool sc_time_in_seconds(const sc_yaml *node, double *seconds);

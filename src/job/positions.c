@@ -6,16 +6,15 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Read a number and, behind it, its unit. @param unit "%", "mm", or "" if there is none. @return
- * false if @p node is anything else. */
-static bool parse_position(const sc_yaml *node, double *number, const char **unit)
+bool sc_parse_position(const sc_yaml *node, double *number, const char **unit)
 {
     char *end;
 
     if (node->kind != SC_YAML_SCALAR)
         return false;
     *number = strtod(node->text, &end);
-    if (end == node->text || !isfinite(*number) || fabs(*number) > 1e6)
+    if (end == node->text || !isfinite(*number) || fabs(*number) > 1e6 ||
+        strspn(node->text, "0123456789.eE+-") < (size_t)(end - node->text)) /* such as 0x10 */
         return false;
     *unit = end + strspn(end, " ");
     return !**unit || !strcmp(*unit, "%") || !strcmp(*unit, "mm");
@@ -29,7 +28,7 @@ static sc_status read_plane_position(const sc_ctx *ctx, const sc_key *key, const
     double number;
     const char *unit;
 
-    if (!parse_position(node, &number, &unit))
+    if (!sc_parse_position(node, &number, &unit))
         return sc_wrong_type(ctx, node, key->type->expected);
     if (!*unit) {
         char expected[128];
@@ -58,7 +57,7 @@ static sc_status read_share(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     double number;
     const char *unit;
 
-    if (!parse_position(node, &number, &unit) || *unit != '%' || number < 0 || number > 100)
+    if (!sc_parse_position(node, &number, &unit) || *unit != '%' || number < 0 || number > 100)
         return sc_wrong_type(ctx, node, key->type->expected);
     *(double *)value = number / 100;
     return SC_OK;
@@ -80,7 +79,7 @@ static sc_status read_span(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     for (int i = 0; i < 2; i++) {
         const char *unit;
 
-        if (!parse_position(node->items[i], &span[i], &unit) || *unit != '%' || span[i] < 0 ||
+        if (!sc_parse_position(node->items[i], &span[i], &unit) || *unit != '%' || span[i] < 0 ||
             span[i] > 100)
             return sc_wrong_type(ctx, node, key->type->expected);
         span[i] /= 100;

@@ -51,24 +51,15 @@ static const sc_value_type type_verb_tissues = {
  * the whole verb_entry. */
 static sc_status read_target(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    verb_entry *entry = value;
-    sc_yaml number = *node;
-    char text[64] = "";
-    size_t length = 0;
+    sc_verb *verb = &((verb_entry *)value)->verb;
     double target;
+    const char *unit;
 
-    if (node->kind == SC_YAML_SCALAR) {
-        length = strlen(node->text);
-        snprintf(text, sizeof text, "%s", node->text);
-        number.text = text;
-    }
-    entry->verb.to_factor = length > 1 && length < sizeof text && text[length - 1] == '%';
-    if (entry->verb.to_factor)
-        text[length - 1] = '\0';
-    if (length >= sizeof text || !sc_parse_number(&number, &target) || target < 0 ||
-        target > (entry->verb.to_factor ? 1000 : 1))
+    if (!sc_parse_position(node, &target, &unit) || *unit == 'm' || target < 0 ||
+        target > (*unit ? 1000 : 1))
         return sc_wrong_type(ctx, node, key->type->expected);
-    entry->verb.to = entry->verb.to_factor ? target / 100 : target;
+    verb->to_factor = *unit == '%';
+    verb->to = verb->to_factor ? target / 100 : target;
     return SC_OK;
 }
 

@@ -5,15 +5,15 @@
 #include "segcast/job.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 /* ---- parts of a volume ---- */
 
 /* Read "visible", "visible+5mm" or "visible + 5 mm". @return whether it is one of them. */
-static bool read_visible(const char *text, double *margin_mm)
+static bool read_visible(char *text, double *margin_mm)
 {
     static const char word[] = "visible";
-    char *end;
+    sc_yaml margin = {.kind = SC_YAML_SCALAR};
+    const char *unit;
 
     *margin_mm = 0;
     if (strncmp(text, word, strlen(word)) != 0)
@@ -22,16 +22,9 @@ static bool read_visible(const char *text, double *margin_mm)
     text += strspn(text, " ");
     if (!*text)
         return true;
-    if (*text++ != '+')
-        return false;
-    text += strspn(text, " ");
-    if (*text < '0' || *text > '9')
-        return false;
-    *margin_mm = strtod(text, &end);
-    if (strspn(text, "0123456789.eE+-") < (size_t)(end - text)) /* such as 0x10 */
-        return false;
-    end += strspn(end, " ");
-    return !strcmp(end, "mm") && *margin_mm <= 1e6;
+    margin.text = text + 1 + strspn(text + 1, " ");
+    return *text == '+' && *margin.text >= '0' && *margin.text <= '9' &&
+           sc_parse_position(&margin, margin_mm, &unit) && *unit == 'm';
 }
 
 /* Read "[[x, y, z], [x, y, z]]", in mm. */
@@ -163,18 +156,6 @@ static const sc_value_type type_box = {
 
 /* ---- resample ---- */
 
-/* Read a number with or without "mm". @return whether it is one within the range of the key. */
-static bool read_mm(const sc_key *key, const char *text, double *out)
-{
-    char *end;
-
-    *out = strtod(text, &end);
-    if (end == text || strspn(text, "0123456789.eE+-") < (size_t)(end - text))
-        return false;
-    end += strspn(end, " ");
-    return (!*end || !strcmp(end, "mm")) && *out >= key->low && *out <= key->high;
-}
-
 /* One spacing for all axes, or three; or a number of voxels along each, such as 40x30x40. */
 static sc_status read_resample(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                void *value)
@@ -189,9 +170,10 @@ static sc_status read_resample(const sc_ctx *ctx, const sc_key *key, const sc_ya
     if (!is_one && (node->kind != SC_YAML_LIST || node->count != 3))
         return sc_wrong_type(ctx, node, key->type->expected);
     for (int i = 0; i < 3; i++) {
-        const sc_yaml *item = is_one ? node : node->items[i];
+        const char *unit;
 
-        if (item->kind != SC_YAML_SCALAR || !read_mm(key, item->text, &spacing_mm[i]))
+        if (!sc_parse_position(is_one ? node : node->items[i], &spacing_mm[i], &unit) ||
+            *unit == '%' || !(spacing_mm[i] >= key->low && spacing_mm[i] <= key->high))
             return sc_wrong_type(ctx, node, key->type->expected);
     }
     memcpy(job->volume_resample_mm, spacing_mm, sizeof spacing_mm);
