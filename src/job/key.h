@@ -278,6 +278,9 @@ sc_track *sc_track_of(const sc_key *key, void *value);
 /* Read a number and, behind it, its unit. @param unit "%", "mm", or "" if there is none. @return
  * false if @p node is anything else. */
 bool sc_parse_position(const sc_yaml *node, double *number, const char **unit);
+/* @return whether @p text is one of the units of an animation; *seconds is how long it is, 0 for
+ * frames. */
+bool sc_time_unit(const char *text, double *seconds);
 /* Read a time in seconds as sc_times_resolve leaves them in a film, such as 1.5s. @return false if
  * @p node is anything else. */
 bool sc_time_in_seconds(const sc_yaml *node, double *seconds);

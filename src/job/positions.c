@@ -134,13 +134,26 @@ bool sc_parse_clock(const char *text, double *seconds)
     return true;
 }
 
-bool sc_parse_seconds(const char *text, double *seconds)
+bool sc_time_unit(const char *text, double *seconds)
 {
     static const struct {
         const char *name;
         double seconds;
-    } units[] = {{"", 1}, {"s", 1}, {"ms", 1e-3}, {"min", 60}};
+    } units[] = {{"f", 0}, {"frame", 0}, {"frames", 0}, {"s", 1}, {"ms", 1e-3}, {"min", 60}};
+
+    for (size_t i = 0; i < SC_COUNT_OF(units); i++) {
+        if (!strcmp(text, units[i].name)) {
+            *seconds = units[i].seconds;
+            return true;
+        }
+    }
+    return false;
+}
+
+bool sc_parse_seconds(const char *text, double *seconds)
+{
     char *end;
+    double unit_s = 1;
     const double number = strtod(text, &end);
 
     if (sc_parse_clock(text, seconds))
@@ -148,13 +161,10 @@ bool sc_parse_seconds(const char *text, double *seconds)
     if (end == text || !(number >= 0 && isfinite(number)))
         return false;
     end += strspn(end, " ");
-    for (size_t i = 0; i < SC_COUNT_OF(units); i++) {
-        if (!strcmp(end, units[i].name)) {
-            *seconds = number * units[i].seconds;
-            return true;
-        }
-    }
-    return false;
+    if (*end && (!sc_time_unit(end, &unit_s) || unit_s == 0))
+        return false;
+    *seconds = number * unit_s;
+    return true;
 }
 
 bool sc_time_in_seconds(const sc_yaml *node, double *seconds)
@@ -172,8 +182,10 @@ bool sc_parse_frames(const char *text, double *frames)
     const size_t digits = strspn(text, "0123456789");
     const char *unit = text + digits + strspn(text + digits, " ");
 
+    double unit_s;
+
     *frames = digits ? strtod(text, NULL) : 0;
-    return *frames > 0 && (!strcmp(unit, "f") || !strcmp(unit, "frame") || !strcmp(unit, "frames"));
+    return *frames > 0 && sc_time_unit(unit, &unit_s) && unit_s == 0;
 }
 
 /* Read a time above 0, of at most some eleven days, as sc_parse_seconds. It is stored as a double,

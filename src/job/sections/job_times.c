@@ -43,24 +43,6 @@ static clock_of_job clock_of(const sc_ctx *ctx, const sc_yaml *root, const sc_jo
     return out;
 }
 
-/* @return whether @p text is one of the units of an animation; *seconds is how long it is, 0 for
- * frames. */
-static bool find_unit(const char *text, double *seconds)
-{
-    static const struct {
-        const char *name;
-        double seconds;
-    } units[] = {{"f", 0}, {"frame", 0}, {"frames", 0}, {"s", 1}, {"ms", 1e-3}, {"min", 60}};
-
-    for (size_t i = 0; i < SC_COUNT_OF(units); i++) {
-        if (!strcmp(text, units[i].name)) {
-            *seconds = units[i].seconds;
-            return true;
-        }
-    }
-    return false;
-}
-
 /* Read digits and what stands behind a point, nothing else. @param end what follows. @return false
  * if there are none. */
 static bool parse_digits(const char *text, double *number, const char **end)
@@ -83,7 +65,7 @@ static bool parse_time(const clock_of_job *clock, const sc_yaml *node, double *f
         return false;
     if (*end == ':' && !strchr(end + 1, ':') && sc_parse_clock(node->text, &seconds))
         number = seconds;
-    else if (find_unit(end + strspn(end, " "), &seconds))
+    else if (sc_time_unit(end + strspn(end, " "), &seconds))
         number *= seconds > 0 ? seconds : 1 / clock->fps;
     else
         return false;
