@@ -314,8 +314,8 @@ typedef struct sc_change {
     double begin, end; /**< when: 0 is the first frame of the animation and 1 the last; if they are
                             equal, it is done at once */
     sc_ease ease;
-    sc_vec3 to;    /**< of what moves it: how far in the end, RAS mm. Else x: what the opacity of
-                      the tissue, of key frames the greatest, is multiplied by then, at least 0 */
+    sc_vec3 to;    /**< of SC_VERB_EXPLODE the final offset from its place, RAS mm; of other kinds
+                      x is the final factor of its opacity, at least 0 */
     int times;     /**< pulse */
     bool replaces; /**< the opacity is the same then, whatever the key frames say that the tissue
                       has */

@@ -74,8 +74,8 @@ static void expand_orbits(sc_job *job)
     drop_verbs(job, 1u << SC_VERB_ORBIT);
 }
 
-/* Append what a pulse does to the opacity of a tissue: halves of its beats, there and back. @return
- * as add_ramp; false also if it does not go and come alike. */
+/* Append the key frames of a pulse: one ramp down and one up for each repetition. @return as
+ * add_ramp; false also for an ease whose way back differs from its way there. */
 static bool add_pulse(const sc_change *f, sc_track *track)
 {
     const double half = (f->end - f->begin) / (2 * f->times);

@@ -38,7 +38,7 @@ int sc_sights_between(const sc_timeline *timeline, double first, double last,
                       sc_sight out[SC_SIGHTS_MAX]);
 /* @return how many of @p count changes, one or more, are those of the first one's tissue. */
 size_t sc_changes_of_first(const sc_change *changes, size_t count);
-/* @return whether changes [count] of two tissues are the same, but for rounding. */
+/* @return whether @p count changes of two tissues are the same, their numbers to within 1e-9. */
 bool sc_changes_same(const sc_change *a, const sc_change *b, size_t count);
 /* What happens to tissues, while it is found. */
 typedef struct sc_changes {

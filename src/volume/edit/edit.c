@@ -110,8 +110,8 @@ typedef struct relabel_work {
 } relabel_work;
 
 /* An sc_range_fn over voxels: replaces their ids, a run of equal ones at a time. @p user is a
- * relabel_work. What stays as it is, is not written, so that pages of background alone are never
- * touched. */
+ * relabel_work. Ids that do not change are not written, so that the system never has to provide
+ * memory for pages that hold only background. */
 static void relabel_range(void *user, size_t begin, size_t end, int thread)
 {
     const relabel_work *w = user;
