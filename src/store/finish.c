@@ -27,18 +27,14 @@ static sc_status write_partial_video(const sc_ctx *ctx, sc_store *store)
 static sc_status write_whole_manifest(const sc_ctx *ctx, sc_store *store, bool close)
 {
     char path[SC_FILE_BYTES];
-    sc_manifest_writer *written = NULL;
 
     if (!store->slice && sc_store_is_replaced(store))
         return SC_ERR_INCOMPLETE;
     sc_manifest_close(store->manifest);
     store->manifest = NULL;
     sc_store_path(store->directory, path, "manifest.jsonl");
-    SC_PASS(sc_manifest_create(ctx, path, &store->job, &store->data, NULL, close, &written));
-    if (!store->slice)
-        store->manifest_id = sc_manifest_id(written);
-    sc_manifest_close(written);
-    return SC_OK;
+    return sc_manifest_create(ctx, path, &store->job, &store->data, NULL, close,
+                              store->slice ? NULL : &store->manifest_id, NULL);
 }
 
 /* Complete a job of which every line, PNG file and segment is there: make the video and the whole

@@ -316,16 +316,16 @@ sc_status sc_manifest_read_head(const sc_ctx *ctx, const char *path, sc_manifest
 /* Write a new manifest @p path: a head with the names of data->owned, the lines data->lines[k] of
  * those frames k for which keep[k] is set (NULL: of all that are known), the end data->end, if that
  * is known, data->files and data->jobs; owned, files and jobs are sorted before. It replaces an
- * older one in one step. @param close add the last line, that of a finished job. @param out a
- * writer for more lines, or NULL. @return SC_ERR_CREATE, too. Caller owns *out: sc_manifest_close.
- */
+ * older one in one step. @param close add the last line, that of a finished job. @param id NULL, or
+ * set to which file it is, also if an error came when it was in place. @param out a writer for more
+ * lines, or NULL. @return SC_ERR_CREATE, too. Caller owns *out: sc_manifest_close. */
 sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store_job *job,
-                             sc_manifest_data *data, const bool *keep, bool close,
+                             sc_manifest_data *data, const bool *keep, bool close, sc_file_id *id,
                              sc_manifest_writer **out);
 /* Log that a directory has no manifest, or is not there. @return SC_ERR_MISSING. */
 sc_status sc_fail_no_run(const sc_ctx *ctx, const char *directory);
-/* @return which file the manifest is that is being written. */
-sc_file_id sc_manifest_id(const sc_manifest_writer *manifest);
+/* @return whether the file @p path is the one that @p id tells of. */
+bool sc_file_has_id(const char *path, const sc_file_id *id);
 /* Append the line of a frame; it is with the system then, but not yet flushed to disk. */
 sc_status sc_manifest_add_frame(const sc_ctx *ctx, sc_manifest_writer *manifest,
                                 const sc_done_frame *done);

@@ -67,7 +67,7 @@ static sc_status note(const sc_ctx *ctx, sc_store *store, const job_file *text)
     }
     /* The job is complete, and its records are not: this manifest is that of all its slices. */
     sc_store_path(store->directory, path, "manifest.jsonl");
-    return sc_manifest_create(ctx, path, &store->job, &store->data, NULL, false, NULL);
+    return sc_manifest_create(ctx, path, &store->job, &store->data, NULL, false, NULL, NULL);
 }
 
 /* For sc_each_file with the store as user: read the texts that a manifest names by now. */

@@ -144,11 +144,13 @@ static sc_status write_lines(const sc_ctx *ctx, sc_manifest_writer *m, const sc_
 }
 
 sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store_job *job,
-                             sc_manifest_data *data, const bool *keep, bool close,
+                             sc_manifest_data *data, const bool *keep, bool close, sc_file_id *id,
                              sc_manifest_writer **out)
 {
     SC_OWN(sc_manifest_close_at) sc_manifest_writer *manifest = NULL;
     SC_OWN(sc_outfile_discard) sc_outfile file = {0};
+    struct stat info = {0};
+    sc_file_id made;
     sc_status status;
 
     SC_PASS(SC_ZALLOC(ctx, 1, &manifest));
@@ -161,7 +163,12 @@ sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store
     status = write_lines(ctx, manifest, job, data, keep, close);
     manifest->stream = NULL; /* the file's own, closed by commit */
     SC_PASS(status);
-    SC_PASS(sc_outfile_commit(ctx, &file));
+    (void)fstat(fileno(file.stream), &info);
+    made = (sc_file_id){info.st_dev, info.st_ino};
+    status = sc_outfile_commit(ctx, &file);
+    if (id && sc_file_has_id(path, &made)) /* flushing its directory may have failed */
+        *id = made;
+    SC_PASS(status);
     if (!out)
         return SC_OK;
     manifest->stream = fopen(path, "a");
@@ -178,13 +185,12 @@ sc_status sc_fail_no_run(const sc_ctx *ctx, const char *directory)
         access(directory, F_OK) ? strerror(errno) : "holds no run: it has no manifest.jsonl");
 }
 
-sc_file_id sc_manifest_id(const sc_manifest_writer *manifest)
+bool sc_file_has_id(const char *path, const sc_file_id *id)
 {
     struct stat info;
 
-    if (fstat(fileno(manifest->stream), &info))
-        return (sc_file_id){0};
-    return (sc_file_id){info.st_dev, info.st_ino};
+    return !lstat(path, &info) && (uint64_t)info.st_dev == id->device &&
+           (uint64_t)info.st_ino == id->inode;
 }
 
 sc_status sc_manifest_add_frame(const sc_ctx *ctx, sc_manifest_writer *manifest,

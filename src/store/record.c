@@ -97,7 +97,7 @@ sc_status sc_store_replace_record(const sc_ctx *ctx, const char *directory, cons
         .settings = {.width_px = data.head.size_px[0], .height_px = data.head.size_px[1]}};
     SC_PASS(sc_names_add(ctx, &data.owned, name));
     SC_PASS(sc_file_lines_put(ctx, &data.files, name, bytes, sc_store_hash_bytes(text, bytes)));
-    return sc_manifest_create(ctx, manifest, &job, &data, NULL, true, NULL);
+    return sc_manifest_create(ctx, manifest, &job, &data, NULL, true, NULL, NULL);
 }
 
 /* For sc_each_file with an sc_manifest_data as user: add the names in the head of a manifest, and

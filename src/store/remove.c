@@ -146,7 +146,7 @@ sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store)
     /* First of all a manifest of the new run, without a frame, that names all that is here: after
      * an accident the directory is that of an unfinished job. */
     sc_store_path(store->directory, path, "manifest.jsonl");
-    SC_TRY(sc_manifest_create(ctx, path, &store->job, &all.data, NULL, false, NULL));
+    SC_TRY(sc_manifest_create(ctx, path, &store->job, &all.data, NULL, false, NULL, NULL));
     SC_TRY(sc_store_remove_slices(ctx, store));
     for (int i = 0; i < owned->count; i++) {
         if (!strchr(owned->lines[i].name, '/') && strcmp(owned->lines[i].name, "job.yaml") != 0)

@@ -19,13 +19,11 @@ bool sc_store_is_replaced(const sc_store *store)
 {
     const sc_file_id *id = &store->manifest_id;
     char path[SC_FILE_BYTES];
-    struct stat info;
 
     if (!id->inode)
         return false;
     sc_store_manifest_path(store, path);
-    return lstat(path, &info) || (uint64_t)info.st_dev != id->device ||
-           (uint64_t)info.st_ino != id->inode;
+    return !sc_file_has_id(path, id);
 }
 
 uint64_t sc_store_identity(const sc_store *store)
@@ -191,7 +189,7 @@ sc_status sc_store_begin(const sc_ctx *ctx, const char *directory, const sc_stor
         SC_PASS(note_begun(ctx, &store, &begun));
         SC_PASS(sc_make_directory(ctx, directory));
         store.job.job_hash = store.job.volume_hash = 0;
-        SC_PASS(sc_manifest_create(ctx, path, &store.job, &store.data, NULL, false, NULL));
+        SC_PASS(sc_manifest_create(ctx, path, &store.job, &store.data, NULL, false, NULL, NULL));
         begun.may_write = true;
     }
     SC_HAND_OVER(begun, out);
@@ -298,9 +296,8 @@ static sc_status begin_run(const sc_ctx *ctx, sc_store *store, const int *wanted
     sc_store_manifest_path(store, path);
     if (!store->joins || store->owns_more)
         SC_PASS(sc_manifest_create(ctx, path, &store->job, &store->data, keep, store->joins,
+                                   store->joins ? NULL : &store->manifest_id,
                                    store->joins ? NULL : &store->manifest));
-    if (store->manifest)
-        store->manifest_id = sc_manifest_id(store->manifest);
     return make_folders(ctx, store);
 }
 
@@ -326,7 +323,7 @@ static sc_status begin_anew(const sc_ctx *ctx, sc_store *store)
     SC_PASS(sc_job_texts_put_file(ctx, store->directory, &store->data.jobs));
     SC_PASS(check(ctx, store, SC_STORE_OVERWRITE, true));
     sc_store_path(store->directory, path, "manifest.jsonl");
-    return sc_manifest_create(ctx, path, &store->job, &store->data, NULL, false, NULL);
+    return sc_manifest_create(ctx, path, &store->job, &store->data, NULL, false, NULL, NULL);
 }
 
 sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store_job *job,

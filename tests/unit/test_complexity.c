@@ -699,7 +699,7 @@ static void parse_manifest(const parser *p, int n)
         else
             assert_ok(sc_names_add(&ctx, &data.owned, name));
     }
-    assert_ok(sc_manifest_create(&ctx, "c.jsonl", &job, &data, NULL, true, NULL));
+    assert_ok(sc_manifest_create(&ctx, "c.jsonl", &job, &data, NULL, true, NULL, NULL));
     sc_test_operations = 0;
     assert_int_equal(sc_manifest_read(&ctx, "c.jsonl", &read), p->wanted);
     assert_true(read.closed);

@@ -735,7 +735,7 @@ TEST(long_heads)
         snprintf(name, sizeof name, "stats.%dof5000.json", i * 7 % NAMES);
         assert_ok(sc_names_add(&quiet, &data.owned, name));
     }
-    assert_ok(sc_manifest_create(&quiet, path, &job, &data, NULL, false, NULL));
+    assert_ok(sc_manifest_create(&quiet, path, &job, &data, NULL, false, NULL, NULL));
     for (int i = 1; i < NAMES; i++)
         assert_true(strcmp(data.owned.lines[i - 1].name, data.owned.lines[i].name) < 0);
     assert_ok(sc_manifest_read_head(&quiet, path, &again));
