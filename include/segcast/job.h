@@ -177,92 +177,115 @@ typedef enum sc_look_name {
     SC_LOOK_XRAY
 } sc_look_name;
 
-/** A job. Plain data but for its arrays, so that it can be sent to other ranks. */
-typedef struct sc_job {
-    char volume[SC_PATH_BYTES]; /**< a path, or "phantom", or "phantom:WxDxH"; of a series that of
-                                     the first phase */
-    char volume_where[SC_WHERE_BYTES];    /**< "file:line: volume", for messages; may be empty */
-    char image_where[SC_WHERE_BYTES];     /**< likewise of image.path */
-    char directory_where[SC_WHERE_BYTES]; /**< likewise of output.directory */
-    char
-        video_where[SC_WHERE_BYTES]; /**< "file:line" of output.video, for messages; may be empty */
-    char size_where[SC_WHERE_BYTES]; /**< likewise of output.size */
-    char fps_where[SC_WHERE_BYTES];  /**< likewise of output.fps */
-    char tissues_where[SC_WHERE_BYTES];             /**< likewise of tissues */
-    char zoom_where[SC_WHERE_BYTES];                /**< likewise of animation.camera.zoom */
-    char clip_where[SC_PLANES_MAX][SC_WHERE_BYTES]; /**< likewise of each plane of animation.clip */
-    sc_volume_path *phases; /**< [phase_count], owned: the volumes of a series, in their order */
-    size_t phase_count;     /**< 0: there is one volume */
-    bool has_cine;
-    sc_cine_options cine;             /**< if has_cine; then there are two phases or more */
-    sc_box box;                       /**< if has_box */
-    sc_volume_tissue *volume_tissues; /**< [volume_tissue_count], owned: first those that become
-                                           parts of others, then those that are kept */
-    size_t volume_tissue_count;
-    bool has_header;              /**< volume_header is given */
-    bool has_threshold;           /**< volume_threshold is given */
-    bool volume_replaced;         /**< the file has a map, and a setting has replaced its path */
-    int volume_level;             /**< of resolution, 0 the finest */
-    int volume_phase;             /**< as of sc_read_choice; of a series that of the first phase */
-    double volume_resample_mm[3]; /**< if has_resample, not has_volume_size: along x, y, z */
-    double volume_threshold;      /**< if has_threshold: as sc_read_choice.threshold */
-    char volume_header[160];      /**< if has_header: as sc_read_choice.header */
-    char volume_box_where[SC_WHERE_BYTES]; /**< "file:line" of header, level or box; may be empty */
-    bool has_volume_size;                  /**< of has_resample: by nearest label */
-    int volume_size[3];                    /**< to this many voxels along x, y, z */
-    char labels[SC_PATH_BYTES];            /**< label table; empty: from the volume */
-    int labels_format;                     /**< sc_table_format */
-    int overlap;                           /**< sc_overlap */
+/** The volume of a job, and what of it is read. */
+typedef struct sc_volume_options {
+    char path[SC_PATH_BYTES];  /**< or "phantom", or "phantom:WxDxH"; of a series that of the first
+                                    phase */
+    sc_volume_path *phases;    /**< [phase_count], owned: the volumes of a series, in their order */
+    size_t phase_count;        /**< 0: there is one volume */
+    sc_volume_tissue *tissues; /**< [tissue_count], owned: first those that become parts of others,
+                                    then those that are kept */
+    size_t tissue_count;
+    sc_box box;
+    char header[160];           /**< as sc_read_choice.header */
+    double threshold;           /**< as sc_read_choice.threshold */
+    int level;                  /**< of resolution, 0 the finest */
+    int phase;                  /**< as of sc_read_choice; of a series that of the first phase */
+    double resample_mm[3];      /**< without given.volume_size: along x, y, z */
+    int size[3];                /**< with it: to this many voxels along x, y, z, by nearest label */
+    bool is_replaced;           /**< the file has a map, and a setting has replaced its path */
+    char labels[SC_PATH_BYTES]; /**< label table; empty: from the volume */
+    int labels_format;          /**< sc_table_format */
+    int overlap;                /**< sc_overlap */
     char overlap_names[SC_OVERLAP_NAMES_BYTES]; /**< SC_OVERLAP_NAMES: as of sc_read_choice */
     int appearance;                             /**< sc_appearance */
-    int look;                                   /**< sc_look_name */
-    sc_comparison compare;                      /**< if has_compare */
-    sc_color_by color_by;                       /**< if has_color_by */
+} sc_volume_options;
+
+/** What a job says of tissues of its volume. */
+typedef struct sc_tissue_options {
+    sc_tissue_rule *rules; /**< [rule_count], owned */
+    size_t rule_count;
+    size_t film_rules; /**< of a shot's job: how many of the rules are the film's; they come first.
+                            0 of others */
+    sc_track *tracks;  /**< [track_count], owned: key frames of the rules; those of colours are of
+                            levels of sRGB */
+    size_t track_count;
+    sc_clip_exception *exceptions; /**< [exception_count], owned */
+    size_t exception_count;
+} sc_tissue_options;
+
+/** The verbs of an animation. */
+typedef struct sc_verb_options {
+    sc_verb *list; /**< [count], owned */
+    size_t count;
+    sc_named_tissue *tissues; /**< [tissue_count], owned, in the order of the verbs */
+    size_t tissue_count;
+} sc_verb_options;
+
+/** The lists of overlays. */
+typedef struct sc_overlay_lists {
+    sc_caption *captions; /**< [caption_count], owned */
+    size_t caption_count;
+    sc_named_tissue *tissues; /**< [tissue_count], owned; of an sc_tissue_use each */
+    size_t tissue_count;
+} sc_overlay_lists;
+
+/** The shots of a film, and how long an animation is. */
+typedef struct sc_film_options {
+    struct sc_shot *shots; /**< [shot_count], owned: then the film consists of them,
+                                animation.frames is its length, and the rest of animation and
+                                overlays the default */
+    size_t shot_count;
+    double duration_s; /**< if given.duration */
+} sc_film_options;
+
+/** Which keys stand in a job. Without one, what it is about is not read. */
+typedef struct sc_given_keys {
+    bool cine; /**< then there are two phases or more */
+    bool box, header, level, threshold, resample, volume_size; /**< of volume; volume_size is a way
+                                                                    of resample */
+    bool phase;                               /**< volume.phase stands in the job itself */
+    bool merge, keep, verbs, captions, shots; /**< these lists, even if they are empty */
+    bool names, legend_tissues;               /**< likewise, of overlays */
+    bool logo, color_by, image;               /**< overlays.logo, color_by, image */
+    bool compare;                             /**< several volumes are compared */
+    bool duration; /**< of animation.frames; false once a job is loaded */
+} sc_given_keys;
+
+/** "file:line: key" of keys that are judged after the job is loaded, for messages; may be empty. */
+typedef struct sc_key_lines {
+    char volume[SC_WHERE_BYTES], image[SC_WHERE_BYTES], tissues[SC_WHERE_BYTES];
+    char volume_box[SC_WHERE_BYTES]; /**< of header, level or box */
+    char directory[SC_WHERE_BYTES], video[SC_WHERE_BYTES], size[SC_WHERE_BYTES],
+        fps[SC_WHERE_BYTES];                  /**< of output */
+    char zoom[SC_WHERE_BYTES];                /**< of animation.camera */
+    char clip[SC_PLANES_MAX][SC_WHERE_BYTES]; /**< of each plane of animation.clip */
+} sc_key_lines;
+
+/** A job. Plain data but for its arrays, so that it can be sent to other ranks. */
+typedef struct sc_job {
+    sc_volume_options volume;
+    sc_given_keys given;
+    sc_key_lines lines;
+    sc_cine_options cine;
+    int look; /**< sc_look_name */
+    sc_comparison compare;
+    sc_color_by color_by;
     sc_column_track color_columns; /**< key frames, which replace color_by.column; values between
-                                      two of them lie between those of their columns */
-    sc_grey_options image;         /**< if has_image */
+                                        two of them lie between those of their columns */
+    sc_grey_options image;
     sc_output output;
     sc_render_options render;
     sc_lighting light;
     sc_light_tracks light_tracks; /**< key frames, which replace values of light */
     sc_environment environment;
     sc_animation animation;
+    sc_verb_options verbs;
     sc_overlays overlays;
+    sc_overlay_lists overlay_lists;
     sc_farm_options farm;
-    sc_tissue_rule *rules; /**< [rule_count], owned */
-    size_t rule_count;
-    sc_track *tissue_tracks; /**< [tissue_track_count], owned: key frames of the rules; those of
-                                  colours are of levels of sRGB */
-    size_t tissue_track_count;
-    sc_clip_exception *exceptions; /**< [exception_count], owned */
-    size_t exception_count;
-    sc_verb *verbs; /**< [verb_count], owned */
-    size_t verb_count;
-    sc_named_tissue *verb_tissues; /**< [verb_tissue_count], owned, in the order of the verbs */
-    size_t verb_tissue_count;
-    sc_caption *captions; /**< [caption_count], owned */
-    size_t caption_count;
-    sc_named_tissue
-        *overlay_tissues; /**< [overlay_tissue_count], owned; of an sc_tissue_use each */
-    size_t overlay_tissue_count;
-    bool has_verbs, has_captions;       /**< these lists are given, even if they are empty */
-    bool has_names, has_legend_tissues; /**< likewise */
-    bool has_logo;                      /**< overlays.logo is given */
-    bool has_merge, has_keep, has_box;  /**< likewise */
-    bool has_level, has_resample;       /**< likewise */
-    bool has_phase;                     /**< volume_phase stands in the job itself */
-    bool has_color_by;                  /**< tissues are coloured by values */
-    bool has_compare;                   /**< several volumes are compared */
-    bool has_image;                     /**< there is a grey volume */
-    bool has_duration; /**< animation.frames is given as duration_s; false once a job is loaded */
-    double duration_s;
-    size_t film_rules; /**< of a shot's job: how many of the rules are the film's; they come
-                            first. 0 of others */
-    struct sc_shot
-        *shots; /**< [shot_count], owned: then the film consists of them, animation.frames
-                     is its length, and the rest of animation and overlays the default */
-    size_t shot_count;
-    bool has_shots; /**< the list is given */
+    sc_tissue_options tissues;
+    sc_film_options film;
 } sc_job;
 
 /** How long something of a film takes. */

@@ -80,7 +80,7 @@ static void print_phases(const sc_session *session)
     const bool ends = cine->beats && beats > cine->beats;
     char between[48] = "";
 
-    if (!job->phase_count)
+    if (!job->volume.phase_count)
         return;
     if (cine->between)
         snprintf(between, sizeof between, ", and %d between each two", cine->between);
@@ -116,7 +116,7 @@ static sc_status check_logo(const sc_app *app, const sc_job *job)
     SC_OWN(sc_image_clear) sc_image logo = {0};
     sc_status status = SC_OK;
 
-    if (job->overlays.logo[0] && !job->shot_count)
+    if (job->overlays.logo[0] && !job->film.shot_count)
         status = sc_image_load_png(app->ctx, job->overlays.logo, &logo);
     return status;
 }
@@ -134,7 +134,7 @@ static sc_status check_panels(sc_app *app, sc_session *session)
 {
     const sc_prepared *v = sc_session_view(session);
 
-    if (session->job.shot_count) /* those of all shots, not only of the first that has any */
+    if (session->job.film.shot_count) /* those of all shots, not only of the first that has any */
         SC_PASS(sc_check_tissues(app->ctx, &session->job, v->labels, v->label_count));
     SC_PASS(sc_session_tissues(app, session));
     return sc_session_timelines(app, session, find_corners);
@@ -167,13 +167,13 @@ static sc_status check_all(const sc_app *app, sc_session *session)
     (void)sc_goes_on(&first, sc_run_check_encoder(&ctx, job));
     (void)sc_goes_on(&first, sc_run_check_encode_key(&ctx, job));
     (void)sc_goes_on(
-        &first, sc_check_directory(&ctx, is_elsewhere ? "--output" : job->directory_where,
+        &first, sc_check_directory(&ctx, is_elsewhere ? "--output" : job->lines.directory,
                                    is_elsewhere ? app->options.output : job->output.directory));
     if (first == SC_OK)
         sc_warn_of_outputs(&own, job);
-    for (size_t i = 0; i < job->shot_count; i++)
-        (void)sc_goes_on(&first, check_light(&own, &job->shots[i].job));
-    if (!job->shot_count)
+    for (size_t i = 0; i < job->film.shot_count; i++)
+        (void)sc_goes_on(&first, check_light(&own, &job->film.shots[i].job));
+    if (!job->film.shot_count)
         (void)sc_goes_on(&first, check_light(&own, job));
     (void)sc_goes_on(&first, check_volumes(&own, session));
     if (first != SC_OK)
@@ -207,7 +207,7 @@ sc_status sc_cmd_check(sc_app *app)
     SC_TRY(check_all(app, &session));
     volume = sc_session_view(&session);
     SC_TRY(sc_label_report_make(app->ctx, &source, volume,
-                                !app->options.fast && !job->volume_tissue_count, &report));
+                                !app->options.fast && !job->volume.tissue_count, &report));
     sc_display_end_stage(app);
     if (app->options.expand) {
         status = print_expanded(app, &session);

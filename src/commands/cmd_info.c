@@ -231,13 +231,13 @@ sc_status sc_cmd_info(sc_app *app)
     SC_TRY(sc_session_tissues(app, &session));
     volume = sc_session_view(&session);
     SC_TRY(
-        sc_label_report_make(app->ctx, &source, volume, !session.job.volume_tissue_count, &report));
+        sc_label_report_make(app->ctx, &source, volume, !session.job.volume.tissue_count, &report));
     in = gather(volume, session.panels[0].looks.tissues);
     in.report = &report;
     in.overlaps = &overlaps;
     in.phases = file.phases;
     in.step_s = file.step_s;
-    in.phase = session.job.volume_phase ? session.job.volume_phase - 1 : 0;
+    in.phase = session.job.volume.phase ? session.job.volume.phase - 1 : 0;
     view = sc_volume_of_prepared(volume);
     sc_stage_begin(app->ctx, "measuring the grid", 0, 0);
     SC_TRY(sc_find_drawn_grid(app->ctx, &view, app->threads, &in.drawn));

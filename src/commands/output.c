@@ -54,25 +54,25 @@ static sc_status pass_on_volume(const sc_app *app, const sc_input_visit *visit, 
 static sc_status pass_on_looks(const sc_input_visit *visit, const sc_job *job)
 {
     SC_PASS(
-        pass_on(visit, "table of values", job->has_color_by ? job->color_by.table : NULL, false));
+        pass_on(visit, "table of values", job->given.color_by ? job->color_by.table : NULL, false));
     SC_PASS(pass_on(visit, "environment", job->environment.file, false));
     return pass_on(visit, "logo", job->overlays.logo, false);
 }
 
 sc_status sc_each_input(const sc_app *app, const sc_job *job, const sc_input_visit *visit)
 {
-    SC_PASS(pass_on_volume(app, visit, job->volume, job->labels));
-    SC_PASS(pass_on(visit, "grey volume", job->has_image ? job->image.path : NULL, true));
-    for (size_t i = 0; i < job->phase_count; i++)
-        SC_PASS(pass_on(visit, "label volume of a phase", job->phases[i].path, true));
+    SC_PASS(pass_on_volume(app, visit, job->volume.path, job->volume.labels));
+    SC_PASS(pass_on(visit, "grey volume", job->given.image ? job->image.path : NULL, true));
+    for (size_t i = 0; i < job->volume.phase_count; i++)
+        SC_PASS(pass_on(visit, "label volume of a phase", job->volume.phases[i].path, true));
     for (int i = 0; i < job->compare.count; i++) {
         SC_PASS(pass_on_volume(app, visit, job->compare.others[i].volume,
                                job->compare.others[i].labels));
         SC_PASS(pass_on(visit, "grey volume", job->compare.others[i].image, true));
     }
     SC_PASS(pass_on_looks(visit, job));
-    for (size_t i = 0; i < job->shot_count; i++)
-        SC_PASS(pass_on_looks(visit, &job->shots[i].job));
+    for (size_t i = 0; i < job->film.shot_count; i++)
+        SC_PASS(pass_on_looks(visit, &job->film.shots[i].job));
     return SC_OK;
 }
 

@@ -87,7 +87,7 @@ static sc_status choose_frames(const sc_app *app, const sc_job *job, int **out, 
     }
     SC_PASS(SC_ALLOC(app->ctx, (size_t)n, out));
     for (int i = 0; i < n; i++)
-        (*out)[i] = o->sheet ? job->shots[i].span.first
+        (*out)[i] = o->sheet ? job->film.shots[i].span.first
                     : n > 1  ? (int)floor((double)i * (total - 1) / (n - 1) + 0.5)
                              : 0;
     *count = n;
@@ -169,8 +169,8 @@ sc_status sc_draw_sheet(sc_app *app, const char *job_path, const char *path)
     SC_PASS(sc_check_output(app, &session.job, path, true));
     SC_PASS(choose_frames(app, job, &frames, &count));
     shrink(job->output.size_px, job->output.size_px);
-    for (size_t i = 0; i < job->shot_count; i++) {
-        job->shots[i].job.animation.camera.alone = app->options.sheet != NULL;
+    for (size_t i = 0; i < job->film.shot_count; i++) {
+        job->film.shots[i].job.animation.camera.alone = app->options.sheet != NULL;
     }
     g = choose_grid(job->output.size_px, count);
     SC_PASS(sc_session_volume(app, &session));

@@ -77,10 +77,10 @@ sc_status sc_desk_nudge(sc_desk *desk, const json_t *pairs, const sc_edits *edit
     if (!are_simple(pairs) || desk->now->compare || panel->phases != 1)
         return SC_OK;
     SC_PASS(sc_desk_read(desk, edits, &job));
-    if (desk->now->spans && shot >= job.shot_count)
+    if (desk->now->spans && shot >= job.film.shot_count)
         return SC_OK;
-    *done =
-        take(desk->now->spans ? &job.shots[shot].job.animation : &job.animation, &panel->timeline);
+    *done = take(desk->now->spans ? &job.film.shots[shot].job.animation : &job.animation,
+                 &panel->timeline);
     if (!*done)
         panel->timeline = before;
     desk->is_nudged = desk->is_nudged || *done;

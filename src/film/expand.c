@@ -28,20 +28,20 @@ static void drop_verbs(sc_job *job, unsigned kinds)
     int numbers[SC_VERBS_MAX];
     size_t verbs = 0, tissues = 0;
 
-    for (size_t v = 0; v < job->verb_count; v++) {
-        numbers[v] = kinds >> job->verbs[v].kind & 1u ? -1 : (int)verbs;
+    for (size_t v = 0; v < job->verbs.count; v++) {
+        numbers[v] = kinds >> job->verbs.list[v].kind & 1u ? -1 : (int)verbs;
         if (numbers[v] >= 0)
-            job->verbs[verbs++] = job->verbs[v];
+            job->verbs.list[verbs++] = job->verbs.list[v];
     }
-    for (size_t i = 0; i < job->verb_tissue_count; i++) {
-        sc_named_tissue tissue = job->verb_tissues[i];
+    for (size_t i = 0; i < job->verbs.tissue_count; i++) {
+        sc_named_tissue tissue = job->verbs.tissues[i];
 
         tissue.of = numbers[tissue.of];
         if (tissue.of >= 0)
-            job->verb_tissues[tissues++] = tissue;
+            job->verbs.tissues[tissues++] = tissue;
     }
-    job->verb_count = verbs;
-    job->verb_tissue_count = tissues;
+    job->verbs.count = verbs;
+    job->verbs.tissue_count = tissues;
 }
 
 /* Let key frames of angle and elevation replace the verbs orbit of a job. Of an angle no more than
@@ -54,8 +54,8 @@ static void expand_orbits(sc_job *job)
 
     if (camera->fixed || camera->angle_track.count || camera->elevation_track.count)
         return;
-    for (size_t v = 0; v < job->verb_count; v++) {
-        const sc_verb *verb = &job->verbs[v];
+    for (size_t v = 0; v < job->verbs.count; v++) {
+        const sc_verb *verb = &job->verbs.list[v];
 
         if (verb->kind == SC_VERB_ROCK)
             return;
@@ -122,9 +122,10 @@ static sc_status expand_fades(const sc_ctx *ctx, const sc_panel *panel, sc_job *
     SC_PASS(SC_ZALLOC(ctx, count, &tracks));
     if (!count || !find_opacities(panel, tracks))
         return SC_OK;
-    SC_PASS(SC_RESIZE(ctx, job->rule_count, job->rule_count + count, &job->rules));
-    SC_PASS(SC_RESIZE(ctx, job->tissue_track_count, job->tissue_track_count + count,
-                      &job->tissue_tracks));
+    SC_PASS(SC_RESIZE(ctx, job->tissues.rule_count, job->tissues.rule_count + count,
+                      &job->tissues.rules));
+    SC_PASS(SC_RESIZE(ctx, job->tissues.track_count, job->tissues.track_count + count,
+                      &job->tissues.tracks));
     for (size_t i = 0, at = 0; i < count; i++) {
         const int id = panel->looks.fades[i].id;
         sc_tissue_rule rule = {.has_opacity = true, .opacity = 1};
@@ -133,9 +134,9 @@ static sc_status expand_fades(const sc_ctx *ctx, const sc_panel *panel, sc_job *
             continue;
         snprintf(rule.pattern, sizeof rule.pattern, "%lld",
                  (long long)panel->volume.labels[id].value);
-        job->tissue_tracks[job->tissue_track_count++] = tracks[at++];
-        rule.opacity_track = (int)job->tissue_track_count;
-        job->rules[job->rule_count++] = rule;
+        job->tissues.tracks[job->tissues.track_count++] = tracks[at++];
+        rule.opacity_track = (int)job->tissues.track_count;
+        job->tissues.rules[job->tissues.rule_count++] = rule;
     }
     drop_verbs(job, 1u << SC_VERB_FADE | 1u << SC_VERB_APPEAR | 1u << SC_VERB_PULSE);
     return SC_OK;
@@ -144,10 +145,10 @@ static sc_status expand_fades(const sc_ctx *ctx, const sc_panel *panel, sc_job *
 sc_status sc_session_expand(const sc_ctx *ctx, sc_session *session)
 {
     sc_job *film = &session->job;
-    const int count = film->shot_count ? session->panel_count : 1;
+    const int count = film->film.shot_count ? session->panel_count : 1;
 
     for (int i = 0; i < count; i++) {
-        sc_job *job = film->shot_count ? &film->shots[i].job : film;
+        sc_job *job = film->film.shot_count ? &film->film.shots[i].job : film;
 
         expand_orbits(job);
         if (!session->compare) /* whose volumes may have different tissues */

@@ -89,7 +89,8 @@ sc_status sc_session_tissues(sc_app *app, sc_session *session)
 static const sc_panel *find_grey(const sc_panel *panels, int count, const char *path)
 {
     for (int i = 0; i < count; i++) {
-        if (panels[i].phases && panels[i].job.has_image && !strcmp(panels[i].job.image.path, path))
+        if (panels[i].phases && panels[i].job.given.image &&
+            !strcmp(panels[i].job.image.path, path))
             return &panels[i];
     }
     return NULL;
@@ -113,7 +114,7 @@ static sc_status load_grey(sc_app *app, sc_session *session)
         sc_panel *panel = &session->panels[i];
         const sc_panel *lender = lender_of(session, i);
 
-        if (!panel->phases || !panel->job.has_image)
+        if (!panel->phases || !panel->job.given.image)
             continue;
         if (lender)
             SC_PASS(sc_grey_borrow(app, &panel->job, &panel->volume, &lender->grey, &panel->grey));

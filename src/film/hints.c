@@ -128,7 +128,7 @@ static void tell_zoom(const sc_app *app, const shown_points *shown, int k, doubl
     const char *about = panel->renderers && !shown->moved ? "" : "about ";
     const sc_timeline *t = &panel->timeline;
     const sc_verb *verb = last_zoom(t, k);
-    const char *where = verb ? verb->where : panel->job.zoom_where;
+    const char *where = verb ? verb->where : panel->job.lines.zoom;
     const char *colon = where[0] ? ": " : "";
     const int frame = k + (panel->shot ? panel->shot->span.first : 0);
     const double time_s = (double)frame / panel->job.output.fps;
@@ -353,7 +353,7 @@ static void tell_position(const sc_app *app, const sc_panel *panel, int plane,
                           const plane_effect *effect, const char *what)
 {
     const sc_timeline *t = &panel->timeline;
-    const char *where = panel->job.clip_where[plane];
+    const char *where = panel->job.lines.clip[plane];
     const sc_vec3 n = t->animation.sweeps[plane].normal;
     const sc_length_unit unit = sc_length_unit_for((effect->to_mm - effect->from_mm) / 10);
     const sc_track *track = &t->animation.sweeps[plane].at_track;
@@ -382,7 +382,7 @@ void sc_warn_of_planes(const sc_app *app, const sc_panel *panel)
     plane_effect effects[SC_PLANES_MAX];
     int first = 0, which = 0;
     const int empty = find_effects(t, effects, &first, &which);
-    const char *where = panel->job.clip_where[which];
+    const char *where = panel->job.lines.clip[which];
 
     for (int i = 0; i < t->animation.sweep_count; i++) {
         if (!is_in_mm(&panel->job.animation.sweeps[i]))

@@ -9,10 +9,12 @@ sc_status sc_check_job_tissues(sc_app *app, sc_job *job)
     sc_ctx errors = *app->ctx;
     sc_app quieter = *app;
 
-    if (!job->volume[0] || job->has_compare || /* others may have the tissues */
-        (job->rule_count + job->exception_count + job->verb_tissue_count + job->shot_count == 0 &&
+    if (!job->volume.path[0] || job->given.compare || /* others may have the tissues */
+        (job->tissues.rule_count + job->tissues.exception_count + job->verbs.tissue_count +
+                 job->film.shot_count ==
+             0 &&
          job->animation.camera.optics.focus != SC_FOCUS_TISSUE) ||
-        (sc_is_prepared_file(job->volume) && sc_comm_size(app->comm) > 1))
+        (sc_is_prepared_file(job->volume.path) && sc_comm_size(app->comm) > 1))
         return SC_OK;
     errors.level = SC_LOG_ERROR;
     quieter.ctx = &errors;
@@ -43,16 +45,16 @@ static sc_status share_job_alone(sc_app *app, sc_job *job)
         status = sc_broadcast_array(app, &array, count, bytes);
         sc_job_set_array(job, i, array);
     }
-    for (size_t i = 0; i < job->shot_count && !first && job->shots; i++)
-        drop_arrays(&job->shots[i].job);
+    for (size_t i = 0; i < job->film.shot_count && !first && job->film.shots; i++)
+        drop_arrays(&job->film.shots[i].job);
     return status;
 }
 
 sc_status sc_job_share(sc_app *app, sc_job *job)
 {
     SC_PASS(share_job_alone(app, job));
-    for (size_t i = 0; i < job->shot_count; i++)
-        SC_PASS(share_job_alone(app, &job->shots[i].job));
+    for (size_t i = 0; i < job->film.shot_count; i++)
+        SC_PASS(share_job_alone(app, &job->film.shots[i].job));
     return SC_OK;
 }
 

@@ -52,8 +52,8 @@ static sc_status resolve_tissues(sc_app *app, sc_panel *panel)
 {
     const sc_ctx *ctx = app->ctx;
     const sc_job *job = &panel->job;
-    const sc_verbs verbs = {job->verbs, job->verb_count, job->verb_tissues, job->verb_tissue_count,
-                            job->tissue_tracks};
+    const sc_verbs verbs = {job->verbs.list, job->verbs.count, job->verbs.tissues,
+                            job->verbs.tissue_count, job->tissues.tracks};
     sc_prepared colored = panel->volume;
     SC_OWN(sc_free_at) sc_label *labels = NULL;
 
@@ -62,8 +62,8 @@ static sc_status resolve_tissues(sc_app *app, sc_panel *panel)
     SC_PASS(sc_color_labels(ctx, panel, &labels));
     if (labels)
         colored.labels = labels;
-    sc_transfer_resolve(&colored, job->rules, job->rule_count, sc_job_opacity_rule(job),
-                        panel->looks.tissues);
+    sc_transfer_resolve(&colored, job->tissues.rules, job->tissues.rule_count,
+                        sc_job_opacity_rule(job), panel->looks.tissues);
     apply_interior(ctx, job, panel);
     if (job->render.background.is_auto)
         sc_choose_background(&panel->volume, panel->looks.tissues,
@@ -72,10 +72,10 @@ static sc_status resolve_tissues(sc_app *app, sc_panel *panel)
         sc_part_from_background(panel->volume.label_count, panel->job.render.background.rgb,
                                 panel->looks.tissues);
     take_looks(panel);
-    SC_PASS(sc_clip_sets_find(ctx, &panel->volume, job->exceptions, job->exception_count,
-                              panel->looks.tissues, panel->looks.clip_sets,
-                              &panel->looks.clip_set_count));
-    if (job->verb_count || job->tissue_track_count)
+    SC_PASS(sc_clip_sets_find(ctx, &panel->volume, job->tissues.exceptions,
+                              job->tissues.exception_count, panel->looks.tissues,
+                              panel->looks.clip_sets, &panel->looks.clip_set_count));
+    if (job->verbs.count || job->tissues.track_count)
         SC_PASS(sc_verbs_resolve(ctx, &panel->volume, panel->looks.tissues, &verbs,
                                  &panel->looks.fades, &panel->looks.fade_count));
     return sc_explodes_resolve(ctx, &panel->volume, panel->looks.tissues, &verbs,
@@ -102,15 +102,15 @@ static sc_status share_tones(sc_app *app, sc_panel *panel)
     if (!has_color_tracks(panel))
         return SC_OK;
     if (sc_comm_rank(app->comm) == 0)
-        status = SC_ZALLOC(app->ctx, job->tissue_track_count, tones);
+        status = SC_ZALLOC(app->ctx, job->tissues.track_count, tones);
     for (int id = 0; id < panel->volume.label_count && *tones; id++) {
         const int track = panel->looks.tissues[id].color_track;
 
         if (track)
-            sc_track_tones(&job->tissue_tracks[track - 1], *tones + track - 1);
+            sc_track_tones(&job->tissues.tracks[track - 1], *tones + track - 1);
     }
     SC_PASS(sc_comm_agree(app->comm, status));
-    return SC_BROADCAST(app, job->tissue_track_count, tones);
+    return SC_BROADCAST(app, job->tissues.track_count, tones);
 }
 
 sc_status sc_panel_tissues(sc_app *app, sc_panel *panel)

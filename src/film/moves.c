@@ -48,9 +48,9 @@ static size_t find_patterns(const sc_job *job, size_t v, const char **out)
 {
     size_t count = 0;
 
-    for (size_t i = 0; i < job->verb_tissue_count; i++) {
-        if (job->verb_tissues[i].of == (int)v)
-            out[count++] = job->verb_tissues[i].pattern;
+    for (size_t i = 0; i < job->verbs.tissue_count; i++) {
+        if (job->verbs.tissues[i].of == (int)v)
+            out[count++] = job->verbs.tissues[i].pattern;
     }
     return count;
 }
@@ -73,7 +73,7 @@ static sc_status get_voxels(const sc_app *app, const sc_panel *panel, const sc_l
     if (input->mapped) { /* it may hold what was hidden when it was prepared anew for the job */
         SC_PASS(sc_prepared_view(app->ctx, input->mapped->begin, input->mapped->bytes, &file));
         file.labels = v->labels; /* with the names of the job's table */
-        SC_PASS(sc_check_line_voxels(app->ctx, panel->job.volume, &file, wish));
+        SC_PASS(sc_check_line_voxels(app->ctx, panel->job.volume.path, &file, wish));
         *out = sc_volume_of_prepared(&file);
         return SC_OK;
     }
@@ -104,7 +104,7 @@ static sc_status find_line(const sc_app *app, const sc_panel *panel, size_t v,
                            double **around_mm, size_t *count)
 {
     const sc_job *job = &panel->job;
-    const sc_verb *fly = &job->verbs[v];
+    const sc_verb *fly = &job->verbs.list[v];
     const size_t pattern_count = find_patterns(job, v, patterns);
     const sc_line_wish wish = {
         patterns,       pattern_count, fly->through, (size_t)fly->through_count,
@@ -139,8 +139,8 @@ static sc_status add_framed(const sc_app *app, const sc_panel *panel, size_t v, 
                             size_t *count)
 {
     const sc_job *job = &panel->job;
-    const sc_verbs verbs = {job->verbs, job->verb_count, job->verb_tissues, job->verb_tissue_count,
-                            job->tissue_tracks};
+    const sc_verbs verbs = {job->verbs.list, job->verbs.count, job->verbs.tissues,
+                            job->verbs.tissue_count, job->tissues.tracks};
     const sc_prepared *volume = &panel->volume;
     SC_OWN(sc_free_at) bool *members = NULL;
     SC_OWN(sc_free_at) sc_vec3 *found = NULL;
@@ -165,15 +165,15 @@ sc_status sc_find_moves(const sc_app *app, const sc_panel *panel, sc_moves *out)
     SC_OWN(sc_volume_clear) sc_volume read = {0};
 
     *out = (sc_moves){0};
-    SC_PASS(SC_ALLOC(app->ctx, job->verb_tissue_count + 1, &patterns));
-    for (size_t v = 0; v < job->verb_count; v++) {
+    SC_PASS(SC_ALLOC(app->ctx, job->verbs.tissue_count + 1, &patterns));
+    for (size_t v = 0; v < job->verbs.count; v++) {
         sc_move *move = &out->moves[out->count];
         sc_vec3 **points = &out->points[out->count];
         double **around_mm = &out->around_mm[out->count];
 
-        if (!sc_verb_is_move(job->verbs[v].kind))
+        if (!sc_verb_is_move(job->verbs.list[v].kind))
             continue;
-        *move = (sc_move){.verb = job->verbs[v]};
+        *move = (sc_move){.verb = job->verbs.list[v]};
         out->count++;
         if (move->verb.kind == SC_VERB_FLY)
             SC_PASS(

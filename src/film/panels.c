@@ -23,7 +23,7 @@ static void strip_card(sc_job *job)
     sc_overlays *o = &job->overlays;
 
     o->scale_bar = o->color_bar = o->orientation = o->legend = SC_PLACE_NONE;
-    job->overlay_tissue_count = 0;
+    job->overlay_lists.tissue_count = 0;
     job->output.layout = SC_LAYOUT_PICTURE;
 }
 
@@ -50,7 +50,7 @@ static void begin_shot(sc_session *session, const sc_shot *shot, sc_panel *out)
     out->job.render.cpu = film->render.cpu;
     out->job.render.skip = film->render.skip;
     out->nameless[0] = cross_fade_frames(shot) / 2;
-    if (shot + 1 < film->shots + film->shot_count)
+    if (shot + 1 < film->film.shots + film->film.shot_count)
         out->nameless[1] = (cross_fade_frames(shot + 1) + 1) / 2;
     if (shot->has_card) {
         strip_card(&out->job);
@@ -79,7 +79,7 @@ static void name_subjects(const sc_job *job, sc_compare *c)
         if (name)
             strcpy(caption->text, name);
         else
-            sc_name_of_file(other ? other->volume : job->volume, caption->text);
+            sc_name_of_file(other ? other->volume : job->volume.path, caption->text);
         strcpy(caption->where, other ? other->where : compare->where);
     }
 }
@@ -91,7 +91,7 @@ static void strip(sc_job *job)
 
     o->time = o->scale_bar = o->color_bar = o->orientation = o->legend = SC_PLACE_NONE;
     o->logo[0] = '\0';
-    job->caption_count = job->overlay_tissue_count = 0;
+    job->overlay_lists.caption_count = job->overlay_lists.tissue_count = 0;
     job->output.layout = SC_LAYOUT_PICTURE;
 }
 
@@ -101,8 +101,8 @@ static void begin_subject(sc_session *session, int s, sc_viewport space, sc_pane
     *out = (sc_panel){.place = {.space = space, .is_divided = session->job.compare.has_divider}};
     sc_job_of_input(&session->job, s, &out->job);
     strip(&out->job);
-    out->job.overlay_tissue_count = session->job.overlay_tissue_count;
-    out->job.overlay_tissues = session->job.overlay_tissues;
+    out->job.overlay_lists.tissue_count = session->job.overlay_lists.tissue_count;
+    out->job.overlay_lists.tissues = session->job.overlay_lists.tissues;
     sc_job_keep_tissues(&out->job, SC_USE_NAMES);
     out->job.output.size_px[0] = space.width_px;
     out->job.output.size_px[1] = space.height_px;
@@ -118,8 +118,8 @@ static void begin_plate(const sc_session *session, int s, const sc_places *place
     strip(&out->job);
     out->place.within.height_px += places->below_px;
     out->job.overlays.text_percent = 100 * places->text_px / out->place.within.height_px;
-    out->job.captions = &session->compare->captions[s];
-    out->job.caption_count = 1;
+    out->job.overlay_lists.captions = &session->compare->captions[s];
+    out->job.overlay_lists.caption_count = 1;
 }
 
 /* Begin the panel that writes over the whole picture, but for the lowest row of names. */
@@ -206,7 +206,7 @@ static sc_status join_subjects(sc_app *app, sc_session *session)
 static sc_status make_room(const sc_ctx *ctx, sc_session *session)
 {
     const sc_job *job = &session->job;
-    const int shots = (int)job->shot_count, subjects = sc_subject_count(job);
+    const int shots = (int)job->film.shot_count, subjects = sc_subject_count(job);
     const size_t count = (size_t)(shots ? shots : subjects > 1 ? 2 * subjects + 1 : 1);
 
     if (subjects > 1)
@@ -231,9 +231,9 @@ sc_status sc_session_panels(sc_app *app, sc_session *session)
         return join_subjects(app, session);
     }
     for (int i = 0; i < session->panel_count; i++)
-        begin_shot(session, job->shot_count ? &job->shots[i] : NULL, &session->panels[i]);
-    for (int i = 0; i < (int)job->shot_count; i++)
-        session->spans[i] = job->shots[i].span;
+        begin_shot(session, job->film.shot_count ? &job->film.shots[i] : NULL, &session->panels[i]);
+    for (int i = 0; i < (int)job->film.shot_count; i++)
+        session->spans[i] = job->film.shots[i].span;
     return SC_OK;
 }
 

@@ -17,8 +17,8 @@ static sc_status find_middle(const sc_ctx *ctx, const sc_panel *subject, sc_vec3
     SC_OWN(sc_free_at) bool *hidden = NULL;
 
     SC_PASS(SC_ZALLOC(ctx, (size_t)v->label_count, &hidden));
-    SC_PASS(sc_hidden_labels(ctx, v->labels, v->label_count, subject->job.rules,
-                             subject->job.rule_count, hidden));
+    SC_PASS(sc_hidden_labels(ctx, v->labels, v->label_count, subject->job.tissues.rules,
+                             subject->job.tissues.rule_count, hidden));
     for (int id = 1; id < v->label_count; id++) {
         for (int corner = 0; corner < 8 && !hidden[id] && v->stats[id].voxels; corner++)
             sc_box3_hold(&box, sc_tissue_corner(v, id, corner));

@@ -78,7 +78,7 @@ double sc_session_loaded_share(const sc_session *session)
 {
     const int count = session->inputs->count;
 
-    return session->job.phase_count && count > SC_PHASES_LOADED && session->inputs->in_files
+    return session->job.volume.phase_count && count > SC_PHASES_LOADED && session->inputs->in_files
                ? (double)SC_PHASES_LOADED / count
                : 1;
 }

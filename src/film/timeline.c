@@ -70,7 +70,7 @@ static sc_status find_framed(const sc_app *app, const sc_panel *panel, const sc_
  * since the others may show tissues. */
 static void warn_of_nothing(const sc_app *app, const sc_panel *panel)
 {
-    const char *where = panel->shot ? panel->shot->where : panel->job.tissues_where;
+    const char *where = panel->shot ? panel->shot->where : panel->job.lines.tissues;
 
     sc_warn(app->ctx, "%s%sno tissue is visible%s pictures will be empty", where,
             *where ? ": " : "", panel->shot ? " in this shot; its" : "; the");
@@ -117,7 +117,7 @@ void sc_panel_set_looks(sc_panel *panel)
     t->clip_set_count = panel->looks.clip_set_count;
     t->looks = (sc_looks){.tissues = panel->looks.tissues,
                           .label_count = panel->looks.tissues ? panel->volume.label_count : 0,
-                          .tissue_tracks = job->tissue_tracks,
+                          .tissue_tracks = job->tissues.tracks,
                           .color_tones = panel->looks.color_tones,
                           .fades = panel->looks.fades,
                           .fade_count = panel->looks.fade_count,

@@ -47,7 +47,7 @@ static sc_status do_plan(const sc_recipe *s, const plan *p)
  * what row @p first names: 1 + first. Those that are part of something else already are refused. */
 static sc_status group_labels(const sc_recipe *s, size_t row, size_t first, int *group)
 {
-    const sc_volume_tissue *all = s->job->volume_tissues, *tissue = &all[row];
+    const sc_volume_tissue *all = s->job->volume.tissues, *tissue = &all[row];
     const sc_volume *v = s->volume;
     const sc_prepared view = {.label_count = v->label_count, .labels = v->labels};
     const sc_pattern pattern = sc_pattern_of(tissue->pattern);
@@ -72,7 +72,7 @@ static sc_status group_labels(const sc_recipe *s, size_t row, size_t first, int 
  * another tissue has is refused. @param first the row that names it. */
 static sc_status plan_group(const sc_recipe *s, size_t first, const int *group, bool tell, plan *p)
 {
-    const sc_volume_tissue *tissue = &s->job->volume_tissues[first];
+    const sc_volume_tissue *tissue = &s->job->volume.tissues[first];
     const sc_label *labels = s->volume->labels;
     int least = 0, parts = 0;
 
@@ -102,8 +102,8 @@ static sc_status check_kept(const sc_recipe *s, const sc_label *labels, int coun
     const sc_prepared view = {.label_count = count, .labels = labels};
     sc_status status = SC_OK;
 
-    for (size_t i = 0; i < s->job->volume_tissue_count; i++) {
-        const sc_volume_tissue *tissue = &s->job->volume_tissues[i];
+    for (size_t i = 0; i < s->job->volume.tissue_count; i++) {
+        const sc_volume_tissue *tissue = &s->job->volume.tissues[i];
 
         if (!tissue->into[0] &&
             !sc_goes_on(&status,
@@ -118,17 +118,17 @@ static sc_status check_kept(const sc_recipe *s, const sc_label *labels, int coun
 static sc_status check_kept_unmerged(const sc_recipe *s)
 {
     const sc_volume *v = s->volume;
-    const size_t rows = s->job->volume_tissue_count;
+    const size_t rows = s->job->volume.tissue_count;
     int count = v->label_count;
     SC_OWN(sc_free_at) sc_label *labels = NULL;
 
     SC_PASS(SC_ZALLOC(s->app->ctx, (size_t)count + rows, &labels));
     memcpy(labels, v->labels, (size_t)count * sizeof *labels);
-    for (size_t i = 0; i < rows && s->job->volume_tissues[i].into[0]; i++) {
+    for (size_t i = 0; i < rows && s->job->volume.tissues[i].into[0]; i++) {
         sc_label *made = &labels[count++];
 
         made->value = INT64_MIN; /* the number of none */
-        snprintf(made->name, sizeof made->name, "%s", s->job->volume_tissues[i].into);
+        snprintf(made->name, sizeof made->name, "%s", s->job->volume.tissues[i].into);
     }
     return check_kept(s, labels, count);
 }
@@ -137,8 +137,8 @@ static sc_status check_kept_unmerged(const sc_recipe *s)
  * are logged, also those of volume.keep then. */
 static sc_status merge_tissues(const sc_recipe *s)
 {
-    const sc_volume_tissue *all = s->job->volume_tissues;
-    const size_t count = s->job->volume_tissue_count;
+    const sc_volume_tissue *all = s->job->volume.tissues;
+    const size_t count = s->job->volume.tissue_count;
     size_t first = 0;
     sc_status status = SC_OK;
     SC_OWN(sc_free_at) int *group = NULL;
@@ -155,7 +155,7 @@ static sc_status merge_tissues(const sc_recipe *s)
         if (row == 0 || strcmp(all[row].into, all[row - 1].into) != 0)
             (void)sc_goes_on(&status, plan_group(s, row, group, s->tell && status == SC_OK, &p));
     }
-    if (status != SC_OK && s->job->has_keep)
+    if (status != SC_OK && s->job->given.keep)
         (void)sc_goes_on(&status, check_kept_unmerged(s));
     SC_PASS(status);
     return do_plan(s, &p);
@@ -164,14 +164,14 @@ static sc_status merge_tissues(const sc_recipe *s)
 /* Do what volume.keep says. @return the first mistake; all are logged. */
 static sc_status keep_tissues(const sc_recipe *s)
 {
-    const sc_volume_tissue *all = s->job->volume_tissues;
+    const sc_volume_tissue *all = s->job->volume.tissues;
     const sc_label *labels = s->volume->labels;
     int kept = 0;
     SC_OWN(clear_plan) plan p = {0};
 
     SC_PASS(make_plan(s, true, &p));
     SC_PASS(check_kept(s, labels, p.count));
-    for (size_t i = 0; i < s->job->volume_tissue_count; i++) {
+    for (size_t i = 0; i < s->job->volume.tissue_count; i++) {
         const sc_pattern pattern = sc_pattern_of(all[i].pattern);
         const sc_match best = sc_pattern_match(labels, p.count, &pattern);
 
@@ -239,11 +239,11 @@ static sc_status find_shown(const sc_recipe *s, bool *shown)
     SC_OWN(sc_free_at) bool *hidden = NULL;
 
     SC_PASS(SC_ZALLOC(s->app->ctx, (size_t)v->label_count, &hidden));
-    for (size_t i = 0; i == 0 || i < job->shot_count; i++) {
-        const sc_job *one = job->shot_count ? &job->shots[i].job : job;
+    for (size_t i = 0; i == 0 || i < job->film.shot_count; i++) {
+        const sc_job *one = job->film.shot_count ? &job->film.shots[i].job : job;
 
-        SC_PASS(sc_hidden_labels(s->app->ctx, v->labels, v->label_count, one->rules,
-                                 one->rule_count, hidden));
+        SC_PASS(sc_hidden_labels(s->app->ctx, v->labels, v->label_count, one->tissues.rules,
+                                 one->tissues.rule_count, hidden));
         for (int id = 1; id < v->label_count; id++)
             shown[id] = shown[id] || !hidden[id];
     }
@@ -284,7 +284,7 @@ static sc_status box_of_visible(const sc_recipe *s, sc_voxel_box *out, bool *emp
         const sc_vec3 edge = {v->to_ras_mm.m[0][axis], v->to_ras_mm.m[1][axis],
                               v->to_ras_mm.m[2][axis]};
         const double margin =
-            fmax(SURROUND_VOXELS, ceil(s->job->box.margin_mm / sc_vec3_length(edge) - 1e-6));
+            fmax(SURROUND_VOXELS, ceil(s->job->volume.box.margin_mm / sc_vec3_length(edge) - 1e-6));
 
         box.low[axis] = (int)fmax(0, box.low[axis] - margin);
         box.high[axis] = (int)fmin(v->size[axis] - 1, box.high[axis] + margin);
@@ -305,7 +305,7 @@ static sc_status fail_outside(const sc_recipe *s)
     return sc_fail(s->app->ctx, SC_ERR_DATA,
                    "%s: box: the volume has no voxel in the box; it reaches from [%.4g, %.4g, "
                    "%.4g] to [%.4g, %.4g, %.4g] in RAS mm",
-                   s->job->volume_box_where, all.low.x, all.low.y, all.low.z, all.high.x,
+                   s->job->lines.volume_box, all.low.x, all.low.y, all.low.z, all.high.x,
                    all.high.y, all.high.z);
 }
 
@@ -321,7 +321,7 @@ static sc_status crop_volume(const sc_recipe *s, bool to_visible)
     if (to_visible)
         SC_PASS(box_of_visible(s, &box, &empty));
     else
-        box = sc_voxels_between(v->size, &v->to_ras_mm, s->job->box.corners);
+        box = sc_voxels_between(v->size, &v->to_ras_mm, s->job->volume.box.corners);
     if (empty)
         return SC_OK; /* nothing is shown: that is told elsewhere */
     for (int axis = 0; axis < 3; axis++) {
@@ -400,7 +400,7 @@ static sc_status tell_small(const sc_recipe *s, const double scale[3])
 /* Do what volume.resample says. */
 static sc_status resample_volume(const sc_recipe *s)
 {
-    const double *mm = s->job->volume_resample_mm;
+    const double *mm = s->job->volume.resample_mm;
     sc_volume *v = s->volume;
     const sc_volume before = *v;
     const double old_bytes = (double)sc_volume_voxels(v) * v->label_bytes;
@@ -412,8 +412,8 @@ static sc_status resample_volume(const sc_recipe *s)
     for (int i = 0; i < 3; i++)
         old_mm[i] = sc_vec3_length(sc_affine_column(&v->to_ras_mm, i));
     sc_resample_votes_grid(v, mm, size, &to_ras_mm);
-    SC_PASS(sc_volume_memory_check(s->app->ctx, s->job->volume, size, old_bytes));
-    SC_PASS(sc_geometry_check(s->app->ctx, s->job->volume, size, &to_ras_mm));
+    SC_PASS(sc_volume_memory_check(s->app->ctx, s->job->volume.path, size, old_bytes));
+    SC_PASS(sc_geometry_check(s->app->ctx, s->job->volume.path, size, &to_ras_mm));
     if (s->tell)
         sc_info(s->app->ctx,
                 "volume.resample: from %d x %d x %d voxels of %.4g x %.4g x %.4g mm to %d x %d x "
@@ -440,19 +440,20 @@ static sc_status resample_volume(const sc_recipe *s)
 
 bool sc_edits_volume(const sc_job *job)
 {
-    return job->volume_tissue_count || job->has_level || job->has_phase || job->has_box ||
-           (job->has_resample && !job->has_volume_size) || job->has_header || job->has_threshold;
+    return job->volume.tissue_count || job->given.level || job->given.phase || job->given.box ||
+           (job->given.resample && !job->given.volume_size) || job->given.header ||
+           job->given.threshold;
 }
 
 void sc_forget_volume_edits(sc_job *job)
 {
-    job->volume_tissue_count = 0; /* they are freed with the job: copies of it may share them */
-    job->box = (sc_box){0};
-    job->volume_level = job->volume_phase = 0;
-    job->has_merge = job->has_keep = job->has_header = false;
-    job->has_threshold = false;
-    job->has_level = job->has_box = job->has_phase = false;
-    job->has_resample = job->has_volume_size; /* which is done with prepared files, too */
+    job->volume.tissue_count = 0; /* they are freed with the job: copies of it may share them */
+    job->volume.box = (sc_box){0};
+    job->volume.level = job->volume.phase = 0;
+    job->given.merge = job->given.keep = job->given.header = false;
+    job->given.threshold = false;
+    job->given.level = job->given.box = job->given.phase = false;
+    job->given.resample = job->given.volume_size; /* which is done with prepared files, too */
 }
 
 /* @return the dense id of a value that a volume has. */
@@ -489,7 +490,7 @@ static sc_status leave_out(void *user, const sc_label_table *table, bool numbere
     for (size_t i = 0; i < table->count; i++)
         ids[i] = id_of(&each, table->rows[i].value);
     SC_TRY(sc_name_labels(&r));
-    if (r.job->has_merge)
+    if (r.job->given.merge)
         SC_TRY(merge_tissues(&r));
     SC_TRY(keep_tissues(&r));
     for (size_t i = 0; i < table->count; i++)
@@ -502,19 +503,19 @@ sc_status sc_read_choice_of(sc_recipe *r, sc_read_choice *out)
 {
     const sc_app *app = r->app;
     const sc_job *job = r->job;
-    const bool is_computed = sc_job_is_phantom(job->volume);
+    const bool is_computed = sc_job_is_phantom(job->volume.path);
     sc_read_choice choice = {.depth = r->depth,
-                             .overlap = (sc_overlap)job->overlap,
-                             .overlap_names = job->overlap_names,
-                             .level = job->volume_level,
-                             .phase = job->volume_phase,
+                             .overlap = (sc_overlap)job->volume.overlap,
+                             .overlap_names = job->volume.overlap_names,
+                             .level = job->volume.level,
+                             .phase = job->volume.phase,
                              .store = app->phase_store,
-                             .box = (sc_read_box)job->box.kind,
+                             .box = (sc_read_box)job->volume.box.kind,
                              .overlaps = app->overlaps,
                              .threshold =
-                                 job->has_threshold ? fmax(job->volume_threshold, 1e-9) : 0,
-                             .header = job->has_header ? job->volume_header : NULL,
-                             .where = job->volume_box_where};
+                                 job->given.threshold ? fmax(job->volume.threshold, 1e-9) : 0,
+                             .header = job->given.header ? job->volume.header : NULL,
+                             .where = job->lines.volume_box};
 
     if (is_computed && choice.box == SC_READ_MM)
         choice.box = SC_READ_ALL; /* the rest is left out of it when it is edited */
@@ -522,16 +523,16 @@ sc_status sc_read_choice_of(sc_recipe *r, sc_read_choice *out)
         return sc_fail(app->ctx, SC_ERR_DATA,
                        "%s: %s is for files, and %s is computed; expected two corners in mm for a "
                        "part of it, and phantom:128x96x128 for another resolution",
-                       job->volume_box_where,
+                       job->lines.volume_box,
                        choice.level    ? "level"
                        : choice.phase  ? "phase"
                        : choice.header ? "header"
                                        : "a box",
-                       job->volume);
+                       job->volume.path);
     choice.user = r;
-    choice.leave_out = job->has_keep ? leave_out : NULL;
-    memcpy(choice.voxels, job->box.voxels, sizeof choice.voxels);
-    memcpy(choice.corners, job->box.corners, sizeof choice.corners);
+    choice.leave_out = job->given.keep ? leave_out : NULL;
+    memcpy(choice.voxels, job->volume.box.voxels, sizeof choice.voxels);
+    memcpy(choice.corners, job->volume.box.corners, sizeof choice.corners);
     *out = choice;
     return SC_OK;
 }
@@ -541,13 +542,13 @@ sc_status sc_edit_volume(sc_recipe *r)
     const sc_job *job = r->job;
     const bool knows_voxels = r->volume->ids || r->volume->tallies;
 
-    if (job->has_merge)
+    if (job->given.merge)
         SC_PASS(merge_tissues(r));
-    if (job->has_keep)
+    if (job->given.keep)
         SC_PASS(keep_tissues(r));
-    if (job->box.kind == SC_READ_MM && sc_job_is_phantom(job->volume))
+    if (job->volume.box.kind == SC_READ_MM && sc_job_is_phantom(job->volume.path))
         SC_PASS(crop_volume(r, false));
-    if (job->box.visible && knows_voxels)
+    if (job->volume.box.visible && knows_voxels)
         SC_PASS(crop_volume(r, true));
-    return job->has_resample && !job->has_volume_size ? resample_volume(r) : SC_OK;
+    return job->given.resample && !job->given.volume_size ? resample_volume(r) : SC_OK;
 }

@@ -29,7 +29,7 @@ static sc_status read_header(const sc_app *app, const sc_job *job, sc_grey *out)
 {
     const char *path = job->image.path;
     sc_input_place place;
-    const sc_ctx ctx = sc_ctx_of_input(app->ctx, job->image_where, path, &place);
+    const sc_ctx ctx = sc_ctx_of_input(app->ctx, job->lines.image, path, &place);
 
     if (!sc_job_is_phantom(path))
         return sc_grey_read_header(&ctx, path, out);
@@ -85,7 +85,7 @@ static sc_status read_voxels(const sc_app *app, const sc_job *job, sc_grey *grey
 {
     const sc_grey_options *image = &job->image;
     sc_input_place place;
-    const sc_ctx ctx = sc_ctx_of_input(app->ctx, job->image_where, image->path, &place);
+    const sc_ctx ctx = sc_ctx_of_input(app->ctx, job->lines.image, image->path, &place);
     SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
     sc_grey_window all;
 
@@ -101,7 +101,7 @@ sc_status sc_grey_check(const sc_app *app, const sc_job *job, const sc_prepared 
 {
     sc_grey grey;
 
-    return job->has_image ? place_header(app, job, volume, moved_mm, &grey) : SC_OK;
+    return job->given.image ? place_header(app, job, volume, moved_mm, &grey) : SC_OK;
 }
 
 /* @return the hash of the codes and the geometry of an image. @param codes that of the codes. */
@@ -165,7 +165,7 @@ sc_status sc_grey_load(sc_app *app, const sc_job *job, const sc_prepared *volume
     uint16_t *codes;
     sc_status status = SC_OK;
 
-    if (!job->has_image)
+    if (!job->given.image)
         return SC_OK;
     if (first)
         status = place_header(app, job, volume, out->moved_mm, grey);

@@ -66,7 +66,7 @@ sc_status sc_input_look(sc_app *app, sc_job *job, sc_input *input, sc_volume *vo
     sc_volume *v = &edited.volume;
     bool usable;
 
-    if (sc_is_prepared_file(job->volume))
+    if (sc_is_prepared_file(job->volume.path))
         return sc_input_map(app, job, input, &usable);
     SC_PASS(sc_input_read(app, job, input, NULL, &edited));
     SC_PASS(tally(app->ctx, v));
@@ -83,7 +83,7 @@ sc_status sc_input_inspect(sc_app *app, sc_job *job, bool header_only, sc_input 
     SC_OWN(sc_volume_clear) sc_volume volume = {0};
     bool usable;
 
-    if (sc_is_prepared_file(job->volume))
+    if (sc_is_prepared_file(job->volume.path))
         return sc_input_map(app, job, input, &usable);
     SC_PASS(sc_scan_labels(app, job, input, header_only, &volume));
     return fill(app, &volume, input);

@@ -42,19 +42,19 @@ sc_status sc_read_label_table(const sc_app *app, const char *path, sc_table_form
 static sc_status read_labels_of(const sc_app *app, const sc_job *job, const sc_volume *volume,
                                 sc_label_source *out)
 {
-    const bool named = job->labels[0];
+    const bool named = job->volume.labels[0];
 
     if (named)
-        snprintf(out->path, sizeof out->path, "%s", job->labels);
+        snprintf(out->path, sizeof out->path, "%s", job->volume.labels);
     else if (!has_names(volume))
-        sc_find_labels(app, job->volume, out->path);
+        sc_find_labels(app, job->volume.path, out->path);
     if (!named && !out->path[0] && !has_names(volume))
-        sc_hint_labels(app, job->volume, volume);
+        sc_hint_labels(app, job->volume.path, volume);
     if (!out->path[0])
         return SC_OK;
     return sc_read_label_table(app, out->path,
-                               named ? (sc_table_format)job->labels_format : SC_TABLE_AUTO, volume,
-                               &out->table);
+                               named ? (sc_table_format)job->volume.labels_format : SC_TABLE_AUTO,
+                               volume, &out->table);
 }
 
 void sc_label_source_clear(sc_label_source *source)
@@ -71,7 +71,7 @@ static void keep_source(const sc_app *app, const sc_job *job, sc_volume *volume,
     if (!app->label_source)
         return;
     if (!source->path[0] && volume->table.count) { /* the volume has a table of its own */
-        snprintf(source->path, sizeof source->path, "%s", job->volume);
+        snprintf(source->path, sizeof source->path, "%s", job->volume.path);
         source->table = volume->table;
         volume->table = (sc_label_table){0};
     }
@@ -90,7 +90,8 @@ static void warn_of_numbers(const sc_app *app, const sc_job *job, const sc_label
             "%s: names none of the tissues of %s, which have no numbers but those that segcast has "
             "given them, such as %lld to \"%s\"; the table is used by these numbers: is that what "
             "is meant? Else write the names of the tissues into the table",
-            source->path, job->volume, (long long)volume->labels[1].value, volume->labels[1].name);
+            source->path, job->volume.path, (long long)volume->labels[1].value,
+            volume->labels[1].name);
 }
 
 /* Give the labels of a volume the numbers of the rows that name them. @param label_of of
@@ -126,7 +127,7 @@ static sc_status tell_match(const sc_app *app, const sc_job *job, const sc_label
             SC_PASS(sc_label_list_add(app->ctx, &names, without++, &volume->labels[id]));
     }
     sc_info(app->ctx, "%s: %zu of its %zu rows have the names of tissues of %s%s%s%s", source->path,
-            found, source->table.count, job->volume,
+            found, source->table.count, job->volume.path,
             volume->numbered ? "" : ", whose labels get their numbers",
             without ? "; it has no row for " : "", without ? names.data : "");
     return SC_OK;
@@ -167,16 +168,16 @@ typedef void pattern_fn(void *user, const char *pattern);
 /* Visit the patterns of a job without shots, or of one shot. */
 static void each_pattern(const sc_job *job, pattern_fn *visit, void *user)
 {
-    for (size_t i = 0; i < job->volume_tissue_count; i++)
-        visit(user, job->volume_tissues[i].pattern);
-    for (size_t i = 0; i < job->rule_count; i++)
-        visit(user, job->rules[i].pattern);
-    for (size_t i = 0; i < job->exception_count; i++)
-        visit(user, job->exceptions[i].pattern);
-    for (size_t i = 0; i < job->verb_tissue_count; i++)
-        visit(user, job->verb_tissues[i].pattern);
-    for (size_t i = 0; i < job->overlay_tissue_count; i++)
-        visit(user, job->overlay_tissues[i].pattern);
+    for (size_t i = 0; i < job->volume.tissue_count; i++)
+        visit(user, job->volume.tissues[i].pattern);
+    for (size_t i = 0; i < job->tissues.rule_count; i++)
+        visit(user, job->tissues.rules[i].pattern);
+    for (size_t i = 0; i < job->tissues.exception_count; i++)
+        visit(user, job->tissues.exceptions[i].pattern);
+    for (size_t i = 0; i < job->verbs.tissue_count; i++)
+        visit(user, job->verbs.tissues[i].pattern);
+    for (size_t i = 0; i < job->overlay_lists.tissue_count; i++)
+        visit(user, job->overlay_lists.tissues[i].pattern);
 }
 
 /* Which labels of a catalog a job names, though they are not those of the volume. */
@@ -199,10 +200,10 @@ static void search_pattern(void *user, const char *text)
     if (pattern.is_all || best == SC_MATCH_NONE ||
         sc_pattern_match(s->volume->labels, s->volume->label_count, &pattern) != SC_MATCH_NONE)
         return;
-    for (size_t i = 0; i < s->job->volume_tissue_count; i++) {
+    for (size_t i = 0; i < s->job->volume.tissue_count; i++) {
         sc_label merged = {0};
 
-        snprintf(merged.name, sizeof merged.name, "%s", s->job->volume_tissues[i].into);
+        snprintf(merged.name, sizeof merged.name, "%s", s->job->volume.tissues[i].into);
         if (sc_label_match(&merged, &pattern) != SC_MATCH_NONE)
             return;
     }
@@ -226,8 +227,8 @@ static sc_status find_absent(const sc_app *app, const sc_job *job, const sc_labe
     SC_PASS(SC_ZALLOC(app->ctx, (size_t)catalog.label_count, &named));
     s.named = named;
     each_pattern(job, search_pattern, &s);
-    for (size_t i = 0; i < job->shot_count; i++)
-        each_pattern(&job->shots[i].job, search_pattern, &s);
+    for (size_t i = 0; i < job->film.shot_count; i++)
+        each_pattern(&job->film.shots[i].job, search_pattern, &s);
     for (int id = 1; id < catalog.label_count; id++) {
         if (s.named[id] && !sc_volume_label(volume, catalog.labels[id].value))
             SC_PASS(sc_label_table_add(app->ctx, out, &catalog.labels[id]));
@@ -243,8 +244,8 @@ static sc_status warn_of_absent(const sc_app *app, const sc_job *job, const sc_l
     for (size_t i = 0; i < absent->count; i++)
         SC_PASS(sc_label_list_add(app->ctx, &names, i, &absent->rows[i]));
     if (absent->count)
-        sc_warn(app->ctx, "%s: has no voxels of %zu tissue%s that the job names: %s", job->volume,
-                absent->count, absent->count == 1 ? "" : "s", names.data);
+        sc_warn(app->ctx, "%s: has no voxels of %zu tissue%s that the job names: %s",
+                job->volume.path, absent->count, absent->count == 1 ? "" : "s", names.data);
     return SC_OK;
 }
 
@@ -263,7 +264,7 @@ static sc_status warn_of_outside(const sc_app *app, const sc_job *job,
     for (int id = 1; id < catalog.label_count; id++)
         SC_PASS(sc_label_list_add(app->ctx, &names, (size_t)id - 1, &catalog.labels[id]));
     if (catalog.label_count > 1)
-        sc_warn(app->ctx, "%s: the box leaves nothing of %d tissue%s: %s", job->volume,
+        sc_warn(app->ctx, "%s: the box leaves nothing of %d tissue%s: %s", job->volume.path,
                 catalog.label_count - 1, catalog.label_count == 2 ? "" : "s", names.data);
     return SC_OK;
 }
@@ -296,7 +297,7 @@ static sc_status tell_unread(const sc_app *app, const sc_job *job, const sc_labe
         sc_info(app->ctx,
                 "%s: the box has no voxel of %d tissue%s with a name: %s; other chunks are not "
                 "read, so that it is not known which of them the volume has",
-                job->volume, catalog.label_count - 1, catalog.label_count == 2 ? "" : "s",
+                job->volume.path, catalog.label_count - 1, catalog.label_count == 2 ? "" : "s",
                 names.data);
     return SC_OK;
 }
@@ -367,14 +368,14 @@ static sc_status add_number(const sc_ctx *ctx, const char *pattern, sc_label_tab
 /* Add rows for the labels that a job, or a shot, names by number. */
 static sc_status add_numbers(const sc_ctx *ctx, const sc_job *job, sc_label_table *table)
 {
-    for (size_t i = 0; i < job->rule_count; i++)
-        SC_PASS(add_number(ctx, job->rules[i].pattern, table));
-    for (size_t i = 0; i < job->exception_count; i++)
-        SC_PASS(add_number(ctx, job->exceptions[i].pattern, table));
-    for (size_t i = 0; i < job->verb_tissue_count; i++)
-        SC_PASS(add_number(ctx, job->verb_tissues[i].pattern, table));
-    for (size_t i = 0; i < job->volume_tissue_count; i++)
-        SC_PASS(add_number(ctx, job->volume_tissues[i].pattern, table));
+    for (size_t i = 0; i < job->tissues.rule_count; i++)
+        SC_PASS(add_number(ctx, job->tissues.rules[i].pattern, table));
+    for (size_t i = 0; i < job->tissues.exception_count; i++)
+        SC_PASS(add_number(ctx, job->tissues.exceptions[i].pattern, table));
+    for (size_t i = 0; i < job->verbs.tissue_count; i++)
+        SC_PASS(add_number(ctx, job->verbs.tissues[i].pattern, table));
+    for (size_t i = 0; i < job->volume.tissue_count; i++)
+        SC_PASS(add_number(ctx, job->volume.tissues[i].pattern, table));
     return SC_OK;
 }
 
@@ -389,15 +390,17 @@ static sc_status name_unknown(const sc_recipe *r, sc_volume *volume, sc_label_so
 
     SC_PASS(match_labels(r, source, volume));
     SC_PASS(add_numbers(app->ctx, job, &numbers));
-    for (size_t i = 0; i < job->shot_count; i++)
-        SC_PASS(add_numbers(app->ctx, &job->shots[i].job, &numbers));
+    for (size_t i = 0; i < job->film.shot_count; i++)
+        SC_PASS(add_numbers(app->ctx, &job->film.shots[i].job, &numbers));
     SC_PASS(sc_volume_add_labels(app->ctx, volume, &numbers));
     SC_PASS(sc_volume_add_labels(app->ctx, volume, &source->table));
-    if (job->rule_count + job->exception_count + job->verb_tissue_count + job->shot_count > 0)
+    if (job->tissues.rule_count + job->tissues.exception_count + job->verbs.tissue_count +
+            job->film.shot_count >
+        0)
         sc_info(app->ctx,
                 "%s: the voxels were not read (--fast), so that it is not known whether "
                 "the tissues that the job names occur in them",
-                job->volume);
+                job->volume.path);
     return SC_OK;
 }
 

@@ -268,7 +268,7 @@ sc_status sc_inputs_check_files(const sc_ctx *ctx, const sc_inputs *inputs)
 
 sc_status sc_input_map(const sc_app *app, sc_job *job, sc_input *input, bool *usable)
 {
-    const char *path = job->volume, *why = NULL;
+    const char *path = job->volume.path, *why = NULL;
     uint8_t fitting;
     const bool first = sc_comm_rank(app->comm) == 0;
     const sc_ctx silent = {.rank = 0};
@@ -276,7 +276,7 @@ sc_status sc_input_map(const sc_app *app, sc_job *job, sc_input *input, bool *us
     SC_OWN(sc_needs_clear) sc_needs n = {0};
     sc_status status;
 
-    if (sc_edits_volume(job) && job->volume_replaced) {
+    if (sc_edits_volume(job) && job->volume.is_replaced) {
         sc_info(ctx,
                 "%s: is prepared; what the job reads, merges, keeps and crops of its own volume is "
                 "not done with it",

@@ -16,7 +16,8 @@ static sc_status add_needs(const sc_app *app, const sc_job *job, const sc_label 
     SC_OWN(sc_free_at) bool *hidden = NULL;
 
     SC_PASS(SC_ZALLOC(app->ctx, (size_t)label_count, &hidden));
-    SC_PASS(sc_hidden_labels(app->ctx, labels, label_count, job->rules, job->rule_count, hidden));
+    SC_PASS(sc_hidden_labels(app->ctx, labels, label_count, job->tissues.rules,
+                             job->tissues.rule_count, hidden));
     for (int id = 0; id < label_count; id++)
         n->hidden[id] = (is_first || n->hidden[id]) && hidden[id];
     n->local_thickness = n->local_thickness || (job->render.auto_opacity & SC_OPACITY_LOCAL);
@@ -32,25 +33,25 @@ sc_status sc_needs_find(const sc_app *app, const sc_job *job, bool measure, cons
                                     : job->render.smooth,
                   .as_prepared = measure,
                   .resample = is_auto && job->render.surface == SC_SURFACE_SMOOTH && !measure &&
-                              !job->has_volume_size,
-                  .resize = job->has_volume_size};
+                              !job->given.volume_size,
+                  .resize = job->given.volume_size};
     bool is_first = true;
 
     SC_PASS(SC_ZALLOC(app->ctx, (size_t)label_count, &n.hidden));
     SC_PASS(SC_ALLOC(app->ctx, (size_t)label_count, &n.tissue_smooth));
-    sc_tissue_strengths(labels, label_count, job->rules, job->rule_count, n.smooth,
+    sc_tissue_strengths(labels, label_count, job->tissues.rules, job->tissues.rule_count, n.smooth,
                         n.tissue_smooth);
-    if (!job->shot_count)
+    if (!job->film.shot_count)
         SC_PASS(add_needs(app, job, labels, label_count, true, &n));
-    for (size_t i = 0; i < job->shot_count; i++) {
-        if (job->shots[i].has_card)
+    for (size_t i = 0; i < job->film.shot_count; i++) {
+        if (job->film.shots[i].has_card)
             continue;
-        SC_PASS(add_needs(app, &job->shots[i].job, labels, label_count, is_first, &n));
+        SC_PASS(add_needs(app, &job->film.shots[i].job, labels, label_count, is_first, &n));
         is_first = false;
     }
     if (measure)
         memset(n.hidden, 0, (size_t)label_count * sizeof *n.hidden);
-    memcpy(n.size, job->volume_size, sizeof n.size);
+    memcpy(n.size, job->volume.size, sizeof n.size);
     SC_HAND_OVER(n, out);
     return SC_OK;
 }

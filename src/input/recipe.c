@@ -28,9 +28,9 @@ static sc_status take_phantom(sc_recipe *r)
     SC_OWN(sc_phantom_free_at) sc_phantom *phantom = NULL;
     int size[3];
 
-    SC_PASS(sc_phantom_size(ctx, "volume", r->job->volume, size));
+    SC_PASS(sc_phantom_size(ctx, "volume", r->job->volume.path, size));
     if (r->depth == SC_READ_IDS)
-        SC_PASS(sc_volume_memory_check(ctx, r->job->volume, size, 0));
+        SC_PASS(sc_volume_memory_check(ctx, r->job->volume.path, size, 0));
     SC_PASS(sc_phantom_new(ctx, &phantom));
     return (r->depth == SC_READ_IDS ? sc_phantom_volume : sc_phantom_scan_labels)(
         ctx, phantom, size, r->app->threads, r->volume);
@@ -56,21 +56,21 @@ static sc_status check_tissues_of(const sc_ctx *ctx, const sc_job *job, const sc
     const sc_optics *o = &job->animation.camera.optics;
     sc_status status = SC_OK;
 
-    for (const sc_tissue_rule *r = job->rules + job->film_rules,
-                              *end = job->rules + job->rule_count;
+    for (const sc_tissue_rule *r = job->tissues.rules + job->tissues.film_rules,
+                              *end = job->tissues.rules + job->tissues.rule_count;
          r < end; r++)
         (void)sc_goes_on(&status, sc_pattern_check(ctx, view, r->pattern, r->where));
     if (o->focus == SC_FOCUS_TISSUE)
         (void)sc_goes_on(&status, sc_pattern_check(ctx, view, o->pattern, o->where));
-    for (size_t i = 0; i < job->exception_count; i++)
-        (void)sc_goes_on(&status, sc_pattern_check(ctx, view, job->exceptions[i].pattern,
-                                                   job->exceptions[i].where));
-    for (size_t i = 0; i < job->verb_tissue_count; i++)
-        (void)sc_goes_on(&status, sc_pattern_check(ctx, view, job->verb_tissues[i].pattern,
-                                                   job->verb_tissues[i].where));
-    for (size_t i = 0; i < job->overlay_tissue_count; i++)
-        (void)sc_goes_on(&status, sc_pattern_check(ctx, view, job->overlay_tissues[i].pattern,
-                                                   job->overlay_tissues[i].where));
+    for (size_t i = 0; i < job->tissues.exception_count; i++)
+        (void)sc_goes_on(&status, sc_pattern_check(ctx, view, job->tissues.exceptions[i].pattern,
+                                                   job->tissues.exceptions[i].where));
+    for (size_t i = 0; i < job->verbs.tissue_count; i++)
+        (void)sc_goes_on(&status, sc_pattern_check(ctx, view, job->verbs.tissues[i].pattern,
+                                                   job->verbs.tissues[i].where));
+    for (size_t i = 0; i < job->overlay_lists.tissue_count; i++)
+        (void)sc_goes_on(&status, sc_pattern_check(ctx, view, job->overlay_lists.tissues[i].pattern,
+                                                   job->overlay_lists.tissues[i].where));
     return status;
 }
 
@@ -82,8 +82,8 @@ sc_status sc_check_tissues(const sc_ctx *ctx, const sc_job *job, const sc_label 
     const sc_ctx telling = sc_ctx_once(ctx, &once);
     sc_status status = check_tissues_of(&telling, job, &view);
 
-    for (size_t i = 0; i < job->shot_count; i++) {
-        if (!sc_goes_on(&status, check_tissues_of(&telling, &job->shots[i].job, &view)))
+    for (size_t i = 0; i < job->film.shot_count; i++) {
+        if (!sc_goes_on(&status, check_tissues_of(&telling, &job->film.shots[i].job, &view)))
             break;
     }
     sc_once_end(&once, "the job");
@@ -99,7 +99,7 @@ static sc_status take(sc_recipe *r)
 {
     const sc_job *job = r->job;
     sc_input_place place;
-    const sc_ctx ctx = sc_ctx_of_input(r->app->ctx, job->volume_where, job->volume, &place);
+    const sc_ctx ctx = sc_ctx_of_input(r->app->ctx, job->lines.volume, job->volume.path, &place);
     sc_read_choice choice;
 
     if (r->input->given) { /* it was read, edited and named as its neighbours */
@@ -113,9 +113,9 @@ static sc_status take(sc_recipe *r)
         r->done |= DONE(SC_STEP_COLOR);
         return sc_copy_prepared(r->app->ctx, &r->input->volume, r->volume);
     }
-    if (sc_job_is_phantom(job->volume))
+    if (sc_job_is_phantom(job->volume.path))
         return take_phantom(r);
-    return sc_volume_read_by(&ctx, job->volume, &choice, r->volume);
+    return sc_volume_read_by(&ctx, job->volume.path, &choice, r->volume);
 }
 
 /* SC_STEP_RESIZE */
@@ -124,16 +124,16 @@ static sc_status resize(sc_recipe *r)
     const sc_job *job = r->job;
     const double old_bytes = (double)sc_volume_voxels(r->volume) * r->volume->label_bytes;
 
-    if (!job->has_volume_size)
+    if (!job->given.volume_size)
         return SC_OK;
-    SC_PASS(sc_volume_memory_check(r->app->ctx, job->volume, job->volume_size, old_bytes));
-    return sc_resample_nearest(r->app->ctx, r->volume, job->volume_size, r->app->threads);
+    SC_PASS(sc_volume_memory_check(r->app->ctx, job->volume.path, job->volume.size, old_bytes));
+    return sc_resample_nearest(r->app->ctx, r->volume, job->volume.size, r->app->threads);
 }
 
 /* SC_STEP_COLOR: give colours to tissues that no table gives one, or not one that the job wants. */
 static sc_status color(sc_recipe *r)
 {
-    const sc_appearance appearance = (sc_appearance)r->job->appearance;
+    const sc_appearance appearance = (sc_appearance)r->job->volume.appearance;
     int cover;
 
     if (!sc_volume_lacks_colors(r->volume, appearance))
@@ -146,7 +146,7 @@ static sc_status color(sc_recipe *r)
  * key says that its values are tissues. */
 static sc_status check_labels(const sc_recipe *r, const sc_volume *v)
 {
-    bool named = r->job->labels[0] || r->job->rule_count || r->input->measure;
+    bool named = r->job->volume.labels[0] || r->job->tissues.rule_count || r->input->measure;
 
     for (int id = 1; id < v->label_count && !named; id++)
         named = v->labels[id].name[0];
@@ -157,7 +157,7 @@ static sc_status check_labels(const sc_recipe *r, const sc_volume *v)
                    "beside which an image is shown (image.path, --image FILE). If these values are "
                    "labels, say so by a table of them (labels, --labels FILE) or a rule for them "
                    "(--set 'tissues={\"*\": {visible: true}}')",
-                   r->job->volume, v->label_count - 1);
+                   r->job->volume.path, v->label_count - 1);
 }
 
 /* SC_STEP_CHECK: all mistakes in names of tissues are told, also in a run, of which otherwise only
@@ -169,10 +169,11 @@ static sc_status check(sc_recipe *r)
     sc_status status;
 
     if (v->label_count == 1 && (v->ids || v->tallies))
-        sc_warn(r->app->ctx, "%s: holds background only; there is nothing to see", r->job->volume);
+        sc_warn(r->app->ctx, "%s: holds background only; there is nothing to see",
+                r->job->volume.path);
     SC_PASS(check_labels(r, v));
     if (r->depth != SC_READ_IDS ||
-        r->job->has_compare) /* another subject may have what this one lacks */
+        r->job->given.compare) /* another subject may have what this one lacks */
         return SC_OK;
     one_error = r->app->terminal->one_error;
     r->app->terminal->one_error = false;
@@ -255,7 +256,7 @@ sc_status sc_name_mapped(const sc_app *app, const sc_job *job, const sc_input *i
                          sc_volume *labels)
 {
     /* Colours were found when the file was prepared; others are found only if the job wants. */
-    const bool colors = job->appearance != SC_APPEARANCE_TABLE;
+    const bool colors = job->volume.appearance != SC_APPEARANCE_TABLE;
     sc_recipe r = {.app = app,
                    .job = job,
                    .input = input,
@@ -297,7 +298,7 @@ sc_status sc_input_resample(const sc_app *app, const sc_job *job, const sc_input
                             const sc_drawn_grid *measured, sc_edited *edited)
 {
     const sc_ctx silent = {.rank = 0, .memory_max_bytes = app->ctx->memory_max_bytes};
-    const char *path = job->volume;
+    const char *path = job->volume.path;
     sc_volume *volume = &edited->volume;
     sc_drawn_grid grid;
     double bytes;

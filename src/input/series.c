@@ -25,47 +25,48 @@ sc_status sc_expect_series(sc_app *app)
 
 int sc_subject_count(const sc_job *job)
 {
-    return job->has_compare ? 1 + job->compare.count : 1;
+    return job->given.compare ? 1 + job->compare.count : 1;
 }
 
 void sc_job_keep_tissues(sc_job *job, sc_tissue_use use)
 {
     size_t first = 0, count = 0;
 
-    while (first < job->overlay_tissue_count && job->overlay_tissues[first].of != (int)use)
+    while (first < job->overlay_lists.tissue_count &&
+           job->overlay_lists.tissues[first].of != (int)use)
         first++;
-    while (first + count < job->overlay_tissue_count &&
-           job->overlay_tissues[first + count].of == (int)use)
+    while (first + count < job->overlay_lists.tissue_count &&
+           job->overlay_lists.tissues[first + count].of == (int)use)
         count++;
-    job->overlay_tissues += first;
-    job->overlay_tissue_count = count;
+    job->overlay_lists.tissues += first;
+    job->overlay_lists.tissue_count = count;
 }
 
 void sc_job_of_input(const sc_job *job, int i, sc_job *out)
 {
-    const sc_subject *other = i && job->has_compare ? &job->compare.others[i - 1] : NULL;
+    const sc_subject *other = i && job->given.compare ? &job->compare.others[i - 1] : NULL;
 
     *out = *job;
-    if (job->phase_count) {
-        memcpy(out->volume, job->phases[i].path, sizeof out->volume);
-        out->volume_phase = job->phases[i].phase;
-        out->has_cine = false;
-        out->phases = NULL;
-        out->phase_count = 0;
+    if (job->volume.phase_count) {
+        memcpy(out->volume.path, job->volume.phases[i].path, sizeof out->volume.path);
+        out->volume.phase = job->volume.phases[i].phase;
+        out->given.cine = false;
+        out->volume.phases = NULL;
+        out->volume.phase_count = 0;
     }
     if (!other)
         return;
     sc_job_keep_tissues(out, SC_USE_NAMES); /* the legend is that of all */
-    strcpy(out->volume, other->volume);
-    strcpy(out->volume_where, other->where);
+    strcpy(out->volume.path, other->volume);
+    strcpy(out->lines.volume, other->where);
     if (other->labels[0])
-        strcpy(out->labels, other->labels);
+        strcpy(out->volume.labels, other->labels);
     if (!strcmp(other->image, "none")) {
-        out->has_image = false;
+        out->given.image = false;
         out->image = (sc_grey_options){0};
     } else if (other->image[0]) {
         strcpy(out->image.path, other->image);
-        snprintf(out->image_where, sizeof out->image_where, "%s", other->where);
+        snprintf(out->lines.image, sizeof out->lines.image, "%s", other->where);
     }
 }
 
@@ -114,7 +115,8 @@ void sc_inputs_free(sc_inputs *inputs)
 static sc_status new_inputs(const sc_ctx *ctx, const sc_job *job, int each, bool measure,
                             sc_inputs **out)
 {
-    const int count = job->phase_count ? (int)job->phase_count * each : sc_subject_count(job);
+    const int count =
+        job->volume.phase_count ? (int)job->volume.phase_count * each : sc_subject_count(job);
 
     SC_PASS(SC_ZALLOC(ctx, 1, out));
     SC_PASS(SC_ZALLOC(ctx, (size_t)count, &(*out)->all));
@@ -166,7 +168,7 @@ static bool is_same_place(const sc_prepared *a, const sc_prepared *b)
 /* Write how messages call a phase: its path and, of those in one file, its number. */
 static void name_phase(const sc_job *job, int phase, phase_name *out)
 {
-    const sc_volume_path *p = &job->phases[phase];
+    const sc_volume_path *p = &job->volume.phases[phase];
 
     if (p->phase)
         snprintf(out->text, sizeof out->text, "%s, phase %d", p->path, p->phase - 1);
@@ -233,7 +235,7 @@ static double bytes_of_all(const sc_job *job, const sc_input *first, bool files)
 {
     const double each = (double)first->bytes;
     const int between = job->cine.cine.between;
-    const double count = (double)job->phase_count, all = count * (1 + between);
+    const double count = (double)job->volume.phase_count, all = count * (1 + between);
 
     /* Of prepared files, what lies between them and what is derived are made here. */
     return each * (DERIVED_SHARE * all +
@@ -300,20 +302,20 @@ static sc_status choose_place(const sc_app *app, const sc_job *job, sc_inputs *i
 /* Tell, on rank 0, which volumes are the phases, in which order, and what comes between. */
 static void tell_phases(const sc_app *app, const sc_job *job)
 {
-    const int count = (int)job->phase_count;
-    const char *first = strrchr(job->phases[0].path, '/');
-    const char *last = strrchr(job->phases[count - 1].path, '/');
+    const int count = (int)job->volume.phase_count;
+    const char *first = strrchr(job->volume.phases[0].path, '/');
+    const char *last = strrchr(job->volume.phases[count - 1].path, '/');
 
     if (sc_comm_rank(app->comm) > 0)
         return;
-    if (job->phases[0].phase)
+    if (job->volume.phases[0].phase)
         sc_info(app->ctx, "%d phases of %s, from %d to %d; %g beats a minute", count,
-                first ? first + 1 : job->phases[0].path, job->phases[0].phase - 1,
-                job->phases[count - 1].phase - 1, job->cine.cine.bpm);
+                first ? first + 1 : job->volume.phases[0].path, job->volume.phases[0].phase - 1,
+                job->volume.phases[count - 1].phase - 1, job->cine.cine.bpm);
     else
         sc_info(app->ctx, "%d phases, from %s to %s; %g beats a minute", count,
-                first ? first + 1 : job->phases[0].path,
-                last ? last + 1 : job->phases[count - 1].path, job->cine.cine.bpm);
+                first ? first + 1 : job->volume.phases[0].path,
+                last ? last + 1 : job->volume.phases[count - 1].path, job->cine.cine.bpm);
     if (job->cine.cine.between)
         sc_info(app->ctx, "borders move between phases: %d are interpolated behind each of %d",
                 job->cine.cine.between, count);
@@ -357,7 +359,7 @@ static sc_status load_one(const loading *l, sc_app *app, sc_job *job, sc_input *
 /* Let a phase leave the memory of this rank, if it is in a file. */
 static void unload(const loading *l, int i)
 {
-    if (l->job->phase_count)
+    if (l->job->volume.phase_count)
         sc_input_advise(&l->inputs->all[i], SC_MEMORY_NOT_NEEDED);
 }
 
@@ -405,7 +407,7 @@ static sc_status load_gap(const loading *l, sc_app *app, int from)
  * been said of the first: only errors are logged. Collective. */
 static sc_status load_others(const loading *l)
 {
-    const bool is_series = l->job->phase_count > 0;
+    const bool is_series = l->job->volume.phase_count > 0;
     const int count = l->inputs->count;
     sc_input *first = &l->inputs->all[0];
     sc_ctx errors = *l->app->ctx;
@@ -444,7 +446,7 @@ static sc_status load_others(const loading *l)
 static sc_status load_all(const loading *l)
 {
     sc_app *app = l->app;
-    const bool is_series = l->job->phase_count > 0;
+    const bool is_series = l->job->volume.phase_count > 0;
     sc_status status;
 
     sc_comm_prefer_files(app->comm, is_series && l->prepares);
@@ -466,7 +468,7 @@ sc_status sc_begin_phase_store(sc_app *app, const sc_job *job, sc_app *out)
 {
     *out = *app;
     out->phase_store = NULL;
-    if (!job->phase_count || !job->phases[0].phase || sc_comm_rank(app->comm) > 0)
+    if (!job->volume.phase_count || !job->volume.phases[0].phase || sc_comm_rank(app->comm) > 0)
         return SC_OK;
     return sc_phase_store_new(app->ctx, sc_temporary_folder(), &out->phase_store);
 }
@@ -494,7 +496,7 @@ sc_status sc_inputs_load(sc_app *app, sc_job *job, bool measure, sc_rank_record 
                          sc_inputs **out)
 {
     const loading l = {.job = job,
-                       .each = job->phase_count ? 1 + job->cine.cine.between : 1,
+                       .each = job->volume.phase_count ? 1 + job->cine.cine.between : 1,
                        .prepares = true,
                        .times = times};
 

@@ -23,7 +23,7 @@ static sc_status tell_place(const sc_app *app, const sc_job *job, const sc_input
         in_file += all[i] == SC_SHARED_IN_FILE;
         copied += all[i] == SC_SHARED_COPIED;
     }
-    if (in_file && !job->phase_count) /* the phases of a series are to be in files */
+    if (in_file && !job->volume.phase_count) /* the phases of a series are to be in files */
         sc_warn(app->ctx,
                 "/dev/shm has no room for the prepared volume (%.0f MB): %d of %zu ranks map a "
                 "file in %s instead; a larger /dev/shm (docker run --shm-size) or a volume from "
@@ -243,7 +243,8 @@ static sc_status find_kept(const sc_app *app, const sc_job *job, sc_edited *edit
         return SC_OK;
     if (first)
         sc_info(app->ctx, "%s: the volume was prepared before, and kept", *kept);
-    if (first && job->phase_count && edited->resample) { /* the other phases have the same grid */
+    if (first && job->volume.phase_count &&
+        edited->resample) { /* the other phases have the same grid */
         edited->drawn = input->drawn;
         edited->drawn_known = true;
         if (!input->drawn_known)
@@ -312,7 +313,7 @@ sc_status sc_input_load(sc_app *app, sc_job *job, sc_rank_record *times, sc_inpu
     sc_status status;
 
     if (sc_comm_rank(app->comm) == 0)
-        is_prepared = !input->is_between && sc_is_prepared_file(job->volume);
+        is_prepared = !input->is_between && sc_is_prepared_file(job->volume.path);
     sc_comm_broadcast(app->comm, &is_prepared, sizeof is_prepared);
     if (!is_prepared)
         return share_volume(app, job, times, input);

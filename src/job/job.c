@@ -192,16 +192,16 @@ sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *
 static const struct {
     size_t array, count; /* where the job has its address, and its number of elements */
     size_t bytes;        /* of an element */
-} arrays[SC_JOB_ARRAYS] = {ARRAY(rules, rule_count),
-                           ARRAY(exceptions, exception_count),
-                           ARRAY(verbs, verb_count),
-                           ARRAY(verb_tissues, verb_tissue_count),
-                           ARRAY(captions, caption_count),
-                           ARRAY(overlay_tissues, overlay_tissue_count),
-                           ARRAY(volume_tissues, volume_tissue_count),
-                           ARRAY(shots, shot_count),
-                           ARRAY(phases, phase_count),
-                           ARRAY(tissue_tracks, tissue_track_count)};
+} arrays[SC_JOB_ARRAYS] = {ARRAY(tissues.rules, tissues.rule_count),
+                           ARRAY(tissues.exceptions, tissues.exception_count),
+                           ARRAY(verbs.list, verbs.count),
+                           ARRAY(verbs.tissues, verbs.tissue_count),
+                           ARRAY(overlay_lists.captions, overlay_lists.caption_count),
+                           ARRAY(overlay_lists.tissues, overlay_lists.tissue_count),
+                           ARRAY(volume.tissues, volume.tissue_count),
+                           ARRAY(film.shots, film.shot_count),
+                           ARRAY(volume.phases, volume.phase_count),
+                           ARRAY(tissues.tracks, tissues.track_count)};
 
 void *sc_job_array(const sc_job *job, int i, size_t *count, size_t *bytes)
 {
@@ -222,8 +222,8 @@ void sc_job_clear(sc_job *job)
 {
     size_t count, bytes;
 
-    for (size_t i = 0; i < job->shot_count && job->shots; i++)
-        sc_job_clear(&job->shots[i].job); /* which has no shots */
+    for (size_t i = 0; i < job->film.shot_count && job->film.shots; i++)
+        sc_job_clear(&job->film.shots[i].job); /* which has no shots */
     for (int i = 0; i < SC_JOB_ARRAYS; i++)
         sc_free(sc_job_array(job, i, &count, &bytes));
     *job = (sc_job){0};
@@ -242,10 +242,10 @@ sc_status sc_job_write_tree(const sc_ctx *ctx, const sc_job_sources *sources, sc
 
 bool sc_job_has_views(const sc_job *job)
 {
-    bool has_views = job->output.layout == SC_LAYOUT_VIEWS && !job->shot_count;
+    bool has_views = job->output.layout == SC_LAYOUT_VIEWS && !job->film.shot_count;
 
-    for (size_t i = 0; i < job->shot_count; i++)
-        has_views = has_views || job->shots[i].job.output.layout == SC_LAYOUT_VIEWS;
+    for (size_t i = 0; i < job->film.shot_count; i++)
+        has_views = has_views || job->film.shots[i].job.output.layout == SC_LAYOUT_VIEWS;
     return has_views;
 }
 

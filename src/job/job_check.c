@@ -101,12 +101,14 @@ static sc_status check_strengths(const sc_ctx *ctx, const sc_yaml *root, const s
                               : job->render.smooth;
     size_t count = 1;
 
-    for (size_t i = 0; i < job->rule_count; i++) {
-        bool is_new = job->rules[i].has_smooth && !sc_strength_is_same(job->rules[i].smooth, first);
+    for (size_t i = 0; i < job->tissues.rule_count; i++) {
+        bool is_new = job->tissues.rules[i].has_smooth &&
+                      !sc_strength_is_same(job->tissues.rules[i].smooth, first);
 
         for (size_t j = 0; j < i && is_new; j++)
-            is_new = !job->rules[j].has_smooth ||
-                     !sc_strength_is_same(job->rules[i].smooth, job->rules[j].smooth);
+            is_new =
+                !job->tissues.rules[j].has_smooth ||
+                !sc_strength_is_same(job->tissues.rules[i].smooth, job->tissues.rules[j].smooth);
         count += is_new;
     }
     if (count <= SC_SMOOTH_KINDS_MAX)
@@ -173,10 +175,10 @@ static sc_status fail_verb(const sc_ctx *ctx, const sc_verb *verb, const char *t
 /* Does a verb overlap in time with one of the same kind before it? */
 static bool overlaps(const sc_job *job, size_t index)
 {
-    const sc_verb *verb = &job->verbs[index];
+    const sc_verb *verb = &job->verbs.list[index];
     bool any = false;
 
-    for (const sc_verb *other = job->verbs; other < verb; other++)
+    for (const sc_verb *other = job->verbs.list; other < verb; other++)
         any = any ||
               (other->kind == verb->kind && other->begin < verb->end && verb->begin < other->end);
     return any;
@@ -186,7 +188,7 @@ static bool overlaps(const sc_job *job, size_t index)
 static sc_status check_hold(const sc_ctx *ctx, const sc_job *job, size_t index)
 {
     const sc_orbit *camera = &job->animation.camera;
-    const sc_verb *hold = &job->verbs[index];
+    const sc_verb *hold = &job->verbs.list[index];
 
     if (camera->fixed || camera->turns == 0)
         return fail_verb(ctx, hold,
@@ -213,8 +215,8 @@ static void warn_of_flight(const sc_ctx *ctx, const sc_job *job, const sc_verb *
     const unsigned stilled = 1u << SC_VERB_ORBIT | 1u << SC_VERB_ROCK | 1u << SC_VERB_FRAME |
                              1u << SC_VERB_DOLLY | 1u << SC_VERB_HOLD;
 
-    for (size_t i = 0; i < job->verb_count; i++) {
-        const sc_verb *verb = &job->verbs[i];
+    for (size_t i = 0; i < job->verbs.count; i++) {
+        const sc_verb *verb = &job->verbs.list[i];
 
         if (stilled >> verb->kind & 1u && verb->begin >= fly->begin)
             sc_warn(ctx,
@@ -227,11 +229,11 @@ static void warn_of_flight(const sc_ctx *ctx, const sc_job *job, const sc_verb *
 /* A fly needs a way, and a time of its own. */
 static sc_status check_fly(const sc_ctx *ctx, const sc_job *job, size_t index)
 {
-    const sc_verb *fly = &job->verbs[index];
+    const sc_verb *fly = &job->verbs.list[index];
     int tissues = 0;
 
-    for (size_t i = 0; i < job->verb_tissue_count; i++)
-        tissues += job->verb_tissues[i].of == (int)index;
+    for (size_t i = 0; i < job->verbs.tissue_count; i++)
+        tissues += job->verbs.tissues[i].of == (int)index;
     if (fly->middles && tissues < 2)
         return fail_verb(ctx, fly,
                          "fly: from middle to middle there have to be two tissues or more; "
@@ -267,16 +269,16 @@ static sc_status check_plane(const sc_ctx *ctx, const sc_job *job, const sc_verb
  * have any direction. */
 static sc_status check_turn(const sc_ctx *ctx, const sc_job *job, size_t index)
 {
-    const sc_verb *turn = &job->verbs[index];
+    const sc_verb *turn = &job->verbs.list[index];
     const sc_status status = check_plane(ctx, job, turn);
     bool turned;
 
     if (status != SC_OK)
         return status;
     turned = job->animation.sweeps[turn->plane - 1].normal_track.count > 0;
-    for (size_t i = 0; i < job->verb_count; i++)
-        turned = turned || (i != index && job->verbs[i].kind == SC_VERB_TURN &&
-                            job->verbs[i].plane == turn->plane);
+    for (size_t i = 0; i < job->verbs.count; i++)
+        turned = turned || (i != index && job->verbs.list[i].kind == SC_VERB_TURN &&
+                            job->verbs.list[i].plane == turn->plane);
     if (!turned && turn->has_axis &&
         sc_vec3_length(sc_vec3_cross(turn->axis, job->animation.sweeps[turn->plane - 1].normal)) <
             1e-6)
@@ -293,8 +295,8 @@ static sc_status check_verbs(const sc_ctx *ctx, const sc_job *job)
     const sc_orbit *camera = &job->animation.camera;
     sc_status status = SC_OK;
 
-    for (size_t i = 0; i < job->verb_count; i++) {
-        const sc_verb *verb = &job->verbs[i];
+    for (size_t i = 0; i < job->verbs.count; i++) {
+        const sc_verb *verb = &job->verbs.list[i];
 
         if (verb->kind == SC_VERB_HOLD)
             (void)sc_goes_on(&status, check_hold(ctx, job, i));
@@ -314,16 +316,16 @@ static sc_status check_verbs(const sc_ctx *ctx, const sc_job *job)
 /* Turn a duration into a number of frames. */
 static sc_status apply_duration(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
 {
-    const double frames = floor(job->duration_s * job->output.fps + 0.5);
+    const double frames = floor(job->film.duration_s * job->output.fps + 0.5);
 
-    if (!job->has_duration)
+    if (!job->given.duration)
         return SC_OK;
-    job->has_duration = false;
+    job->given.duration = false;
     if (frames < 1 || frames > SC_JOB_FRAMES_MAX)
         return sc_yaml_fail(
             ctx, sc_key_node(root, "animation.frames"),
             "frames is %g s, which makes %.0f frames at %d frames per second, expected 1 to %d",
-            job->duration_s, frames, job->output.fps, SC_JOB_FRAMES_MAX);
+            job->film.duration_s, frames, job->output.fps, SC_JOB_FRAMES_MAX);
     job->animation.frames = (int)frames;
     return SC_OK;
 }
@@ -380,11 +382,11 @@ static sc_status check_compare(const sc_ctx *ctx, const sc_yaml *root, sc_job *j
 
     if (job->animation.slices.are_shown)
         job->output.layout = SC_LAYOUT_VIEWS;
-    if (!job->has_compare)
+    if (!job->given.compare)
         return SC_OK;
     sc_note_where(sc_key_node(root, "compare"), job->compare.where, sizeof job->compare.where);
     job->output.layout = SC_LAYOUT_COMPARE;
-    for (int i = 0; i < job->compare.count && !job->has_image; i++) {
+    for (int i = 0; i < job->compare.count && !job->given.image; i++) {
         if (job->compare.others[i].image[0])
             (void)sc_goes_on(
                 &status,
@@ -407,7 +409,7 @@ static sc_status check_together(const sc_ctx *ctx, const sc_yaml *root, const sc
     static const char projection[] = "animation.camera.projection";
     static const char aperture[] = "animation.camera.aperture_mm";
     const sc_orbit *camera = &job->animation.camera;
-    const bool compares = job->has_compare, slices = job->animation.slices.are_shown;
+    const bool compares = job->given.compare, slices = job->animation.slices.are_shown;
     const bool all_around = camera->projection == SC_EQUIRECTANGULAR;
     const bool has_shadows =
         job->render.surface == SC_SURFACE_SMOOTH &&
@@ -421,12 +423,12 @@ static sc_status check_together(const sc_ctx *ctx, const sc_yaml *root, const sc
          "{values: thickness}"},
         {compares && slices, "animation.slices",
          "slices: a comparison has none; expected slices: none, or no compare"},
-        {compares && job->has_shots, "compare",
+        {compares && job->given.shots, "compare",
          "compare: a film of shots shows one volume; expected a job without shots, or no compare"},
-        {compares && job->phase_count, "compare",
+        {compares && job->volume.phase_count, "compare",
          "compare: a series of volumes (cine) cannot be compared; expected one volume, or no "
          "compare"},
-        {compares && job->has_color_by, "compare",
+        {compares && job->given.color_by, "compare",
          "compare: tissues that are coloured by values (color_by) cannot be compared; expected no "
          "color_by, or no compare"},
         {camera->optics.aperture_mm > 0 && camera->projection == SC_ORTHOGRAPHIC, aperture,
@@ -525,18 +527,18 @@ static void note_places(const sc_yaml *root, sc_job *job)
         const char *key;
         char *where;
         bool with_key; /* as sc_note_key, else as sc_note_where */
-    } places[] = {{volume_key(root), job->volume_where, true},
-                  {"image.path", job->image_where, true},
-                  {"output.directory", job->directory_where, true},
-                  {"output.video", job->video_where, false},
-                  {"output.size", job->size_where, false},
-                  {"output.fps", job->fps_where, false},
-                  {"tissues", job->tissues_where, false},
-                  {"volume.phase", job->volume_box_where, false},
-                  {"volume.level", job->volume_box_where, false},
-                  {"volume.box", job->volume_box_where, false},
-                  {"volume.header", job->volume_box_where, false},
-                  {"animation.camera.zoom", job->zoom_where, false}};
+    } places[] = {{volume_key(root), job->lines.volume, true},
+                  {"image.path", job->lines.image, true},
+                  {"output.directory", job->lines.directory, true},
+                  {"output.video", job->lines.video, false},
+                  {"output.size", job->lines.size, false},
+                  {"output.fps", job->lines.fps, false},
+                  {"tissues", job->lines.tissues, false},
+                  {"volume.phase", job->lines.volume_box, false},
+                  {"volume.level", job->lines.volume_box, false},
+                  {"volume.box", job->lines.volume_box, false},
+                  {"volume.header", job->lines.volume_box, false},
+                  {"animation.camera.zoom", job->lines.zoom, false}};
 
     for (size_t i = 0; i < SC_COUNT_OF(places); i++) {
         const sc_yaml *node = sc_key_node(root, places[i].key);
@@ -575,14 +577,14 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
         (void)sc_goes_on(&status, check_verbs(ctx, job));
     (void)sc_goes_on(&status, check_strengths(ctx, root, job));
     (void)sc_goes_on(&status, sc_captions_check(ctx, job));
-    if (!sc_job_is_phantom(job->volume))
+    if (!sc_job_is_phantom(job->volume.path))
         inputs = sc_resolve_volume(ctx, sources, sc_key_node(root, volume_key(root)),
                                    volume_key(root), job);
     if (inputs == SC_OK)
         (void)sc_goes_on(&status, sc_cine_check(ctx, sources, root, job));
     if (sc_goes_on(&status, inputs))
-        (void)sc_goes_on(&inputs,
-                         resolve_key(ctx, sources, root, "labels", SC_PATH_FILE, job->labels));
+        (void)sc_goes_on(
+            &inputs, resolve_key(ctx, sources, root, "labels", SC_PATH_FILE, job->volume.labels));
     if (!sc_goes_on(&status, inputs))
         return status;
     (void)sc_goes_on(&status,
@@ -601,7 +603,7 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     (void)sc_goes_on(&status, check_projection(ctx, root, job));
     (void)sc_goes_on(&status, check_together(ctx, root, job));
     if (inputs != SC_OK || is_source_misspelt(root))
-        job->volume[0] = '\0'; /* so that nobody looks for its tissues */
+        job->volume.path[0] = '\0'; /* so that nobody looks for its tissues */
     (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "output.directory", SC_PATH_OUTPUT,
                                           job->output.directory));
     return status;

@@ -223,7 +223,7 @@ static const sc_key animation_keys[] = {
      .without = "none"},
     {"verbs", &sc_type_verbs, 0, NULL,
      .help = "what happens to tissues, one verb after the other or at the same time",
-     .keys = sc_verb_keys, .without = "none", .given = SC_GIVEN(sc_job, has_verbs)},
+     .keys = sc_verb_keys, .without = "none", .given = SC_GIVEN(sc_job, given.verbs)},
     {"slices", &sc_type_slices, offsetof(sc_job, animation.slices), NULL,
      .help =
          "the three regular slices beside the picture, and where they cross: a point in RAS mm, or "
@@ -325,8 +325,8 @@ const sc_key sc_shot_keys[] = {
      .given = SC_GIVEN(sc_shot, has_card), .without = "tissues are shown"},
     {LOOK_ROW, .of_job = true},
     OF_JOB("color_by", flow_map, offsetof(sc_job, color_by), sc_color_by_keys,
-           SC_GIVEN(sc_job, has_color_by)),
-    OF_JOB("image", map, offsetof(sc_job, image), sc_image_keys, SC_GIVEN(sc_job, has_image)),
+           SC_GIVEN(sc_job, given.color_by)),
+    OF_JOB("image", map, offsetof(sc_job, image), sc_image_keys, SC_GIVEN(sc_job, given.image)),
     OF_JOB("render", map, offsetof(sc_job, render), render_keys, 0),
     OF_JOB("light", map, offsetof(sc_job, light), light_keys, 0),
     OF_JOB("tissues", tissues, 0, sc_tissue_keys, 0),
@@ -339,13 +339,13 @@ const sc_key sc_job_keys[] = {
      .help = "the labels: a path, or a map with the path and what is changed of the volume",
      .keys = sc_volume_keys, .shorthand = "path", .shorthand_keeps = true, .outside_identity = true,
      .required = true, .of_film = true},
-    {"labels", &sc_type_text, offsetof(sc_job, labels), NULL,
+    {"labels", &sc_type_text, offsetof(sc_job, volume.labels), NULL,
      .help = "label table with the names and colours of the tissues, or a volume that has one in "
              "its header",
      .bytes = SC_PATH_BYTES, .outside_identity = true,
      .without = "names and colours of the volume's file",
      .option = &(const sc_key_option){"labels", "FILE", LABEL_COMMANDS}, .of_film = true},
-    {"labels_format", &sc_type_choice, offsetof(sc_job, labels_format), "auto",
+    {"labels_format", &sc_type_choice, offsetof(sc_job, volume.labels_format), "auto",
      .help = "format of the label table: slicer, freesurfer, itksnap, xml, csv, json, workbench or "
              "names (a number and a name a line); auto: by its content",
      .choices = table_formats, .outside_identity = true,
@@ -357,7 +357,7 @@ const sc_key sc_job_keys[] = {
          "[tumour, \"*artery\"]: the one that this list names first, or else the smaller",
      .outside_identity = true, .option = &(const sc_key_option){"overlap", "NAME", LABEL_COMMANDS},
      .of_film = true},
-    {"appearance", &sc_type_choice, offsetof(sc_job, appearance), "table",
+    {"appearance", &sc_type_choice, offsetof(sc_job, volume.appearance), "table",
      .help = "colours of the tissues. table: those of the label table; a tissue without one there "
              "has that of anatomy, or else a distinct one. anatomy: those that anatomists expect, "
              "where the name of a tissue is known, also instead of the table's. distinct: colours "
@@ -372,21 +372,21 @@ const sc_key sc_job_keys[] = {
      .help =
          "the volume is a series, a list of files, a pattern such as heart_*.nrrd, or a file that "
          "holds several volumes (4-D): phases of a beat, which follow each other in the film",
-     .keys = sc_cine_keys, .given = SC_GIVEN(sc_job, has_cine), .of_film = true,
+     .keys = sc_cine_keys, .given = SC_GIVEN(sc_job, given.cine), .of_film = true,
      .without = "the volume is one"},
     {"color_by", &sc_type_flow_map, offsetof(sc_job, color_by), NULL,
      .help = "colours of the tissues by values of a table, or by what is measured; colours under "
              "tissues go before",
-     .keys = sc_color_by_keys, .given = SC_GIVEN(sc_job, has_color_by),
+     .keys = sc_color_by_keys, .given = SC_GIVEN(sc_job, given.color_by),
      .without = "colours as appearance says"},
     {"compare", &sc_type_map, offsetof(sc_job, compare), NULL,
      .help =
          "other volumes that are shown beside this one, in the same way and from the same camera",
-     .keys = sc_compare_keys, .given = SC_GIVEN(sc_job, has_compare), .of_film = true,
+     .keys = sc_compare_keys, .given = SC_GIVEN(sc_job, given.compare), .of_film = true,
      .without = "one volume"},
     {"image", &sc_type_map, offsetof(sc_job, image), NULL,
      .help = "a grey volume (CT, MR) that is seen on cut faces, on slices and behind the tissues",
-     .keys = sc_image_keys, .given = SC_GIVEN(sc_job, has_image), .without = "none"},
+     .keys = sc_image_keys, .given = SC_GIVEN(sc_job, given.image), .without = "none"},
     {"output", &sc_type_map, offsetof(sc_job, output), NULL, .help = "what is made, and where",
      .keys = output_keys, .of_film = true},
     {"render", &sc_type_map, offsetof(sc_job, render), NULL, .help = "how a picture is drawn",
@@ -403,7 +403,7 @@ const sc_key sc_job_keys[] = {
      .help = "the film as a list of shots, one after the other: each is a map of keys of its own, "
              "and of look, color_by, image, render, light, tissues, animation and overlays as in "
              "the file, which are merged over those outside of the list",
-     .keys = sc_shot_keys, .given = SC_GIVEN(sc_job, has_shots), .of_film = true,
+     .keys = sc_shot_keys, .given = SC_GIVEN(sc_job, given.shots), .of_film = true,
      .without = "one shot"},
     {"farm", &sc_type_map, offsetof(sc_job, farm), NULL,
      .help = "how ranks share the work; same pictures", .keys = farm_keys, .outside_identity = true,

@@ -137,16 +137,16 @@ static sc_status find_series(const sc_ctx *ctx, const sc_job_sources *sources, c
     SC_OWN(sc_text_clear) sc_text pattern = {0};
     size_t directory;
 
-    SC_PASS(locate(ctx, sources, node, job->volume, &joined));
+    SC_PASS(locate(ctx, sources, node, job->volume.path, &joined));
     if (access(joined, F_OK) == 0) /* a file may have such a name */
-        return sc_resolve_path(ctx, sources, node, key, SC_PATH_INPUT, job->volume);
+        return sc_resolve_path(ctx, sources, node, key, SC_PATH_INPUT, job->volume.path);
     /* The directory of the job file is no pattern, whatever its name. */
-    directory = strlen(joined) - strlen(job->volume);
+    directory = strlen(joined) - strlen(job->volume.path);
     for (size_t i = 0; joined[i]; i++)
         SC_PASS(sc_text_add(ctx, &pattern, "%s%c",
                             i < directory && strchr("*?[]\\", joined[i]) ? "\\" : "", joined[i]));
     SC_PASS(sc_series_find(ctx, node, key, pattern.data, job));
-    strcpy(job->volume, job->phases[0].path);
+    strcpy(job->volume.path, job->volume.phases[0].path);
     return SC_OK;
 }
 
@@ -155,15 +155,15 @@ sc_status sc_resolve_volume(const sc_ctx *ctx, const sc_job_sources *sources, co
 {
     sc_status status = SC_OK;
 
-    if (!job->phase_count)
-        return node && sources->check_inputs && strpbrk(job->volume, "*?")
+    if (!job->volume.phase_count)
+        return node && sources->check_inputs && strpbrk(job->volume.path, "*?")
                    ? find_series(ctx, sources, node, key, job)
-                   : sc_resolve_path(ctx, sources, node, key, SC_PATH_INPUT, job->volume);
-    for (size_t i = 0; i < job->phase_count; i++) {
+                   : sc_resolve_path(ctx, sources, node, key, SC_PATH_INPUT, job->volume.path);
+    for (size_t i = 0; i < job->volume.phase_count; i++) {
         if (!sc_goes_on(&status, sc_resolve_path(ctx, sources, node->items[i], key, SC_PATH_INPUT,
-                                                 job->phases[i].path)))
+                                                 job->volume.phases[i].path)))
             break;
     }
-    strcpy(job->volume, job->phases[0].path);
+    strcpy(job->volume.path, job->volume.phases[0].path);
     return status;
 }

@@ -131,12 +131,13 @@ static sc_status list_one(lister *l, const sc_job *job)
     sc_job whole = *job, film = *job;
     SC_OWN(sc_yaml_free_at) sc_yaml *root = NULL, *film_root = NULL;
 
-    whole.shot_count = film.shot_count = 0;
-    film.rule_count = job->film_rules;
-    film.film_rules = 0;
+    whole.film.shot_count = film.film.shot_count = 0;
+    film.tissues.rule_count = job->tissues.film_rules;
+    film.tissues.film_rules = 0;
     l->frames = job->animation.frames;
     SC_PASS(parse_written(l->ctx, &whole, &root));
-    if (film.rule_count) { /* the shot may have rules of the same tissues, which go before */
+    if (film.tissues
+            .rule_count) { /* the shot may have rules of the same tissues, which go before */
         SC_PASS(parse_written(l->ctx, &film, &film_root));
         SC_PASS(add_missing(l->ctx, sc_yaml_member(root, "tissues"),
                             sc_yaml_member(film_root, "tissues"), 1));
@@ -170,10 +171,10 @@ sc_status sc_job_list_key_frames(const sc_ctx *ctx, const sc_job *job, int most,
 {
     lister l = {.ctx = ctx, .out = out, .most = most};
 
-    if (!job->shot_count)
+    if (!job->film.shot_count)
         SC_PASS(list_one(&l, job));
-    for (size_t i = 0; i < job->shot_count; i++)
-        SC_PASS(list_shot(&l, &job->shots[i], i));
+    for (size_t i = 0; i < job->film.shot_count; i++)
+        SC_PASS(list_shot(&l, &job->film.shots[i], i));
     if (l.rows > most)
         return sc_text_add(ctx, out, "  and %d more\n", l.rows - most);
     return SC_OK;

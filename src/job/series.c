@@ -117,9 +117,9 @@ sc_status sc_series_alloc(const sc_ctx *ctx, const sc_yaml *node, size_t count, 
         return sc_yaml_fail(ctx, node, "volume has %zu phases, expected 1 to %d", count,
                             SC_PHASES_MAX);
     SC_PASS(SC_ZALLOC(ctx, count, &phases));
-    sc_free(job->phases);
-    job->phases = phases;
-    job->phase_count = count;
+    sc_free(job->volume.phases);
+    job->volume.phases = phases;
+    job->volume.phase_count = count;
     return SC_OK;
 }
 
@@ -160,12 +160,12 @@ sc_status sc_series_find(const sc_ctx *ctx, const sc_yaml *node, const char *key
         return sc_yaml_fail(ctx, node,
                             "%s: %s has wildcards in %d parts of the path, expected at most %d; "
                             "name the directories",
-                            key, job->volume, count_wild_parts(pattern), WILD_PARTS_MAX);
+                            key, job->volume.path, count_wild_parts(pattern), WILD_PARTS_MAX);
     result = glob(pattern, GLOB_NOSORT, NULL, &found);
     if (result == GLOB_NOSPACE)
         return sc_fail(ctx, SC_ERR_MEMORY, "out of memory while %s was looked for", pattern);
     if (result)
-        return tell_none(ctx, node, key, job->volume);
+        return tell_none(ctx, node, key, job->volume.path);
     qsort(found.gl_pathv, found.gl_pathc, sizeof *found.gl_pathv, compare_paths);
     SC_PASS(check_numbers(ctx, node, key, found.gl_pathv, found.gl_pathc));
     SC_PASS(sc_series_alloc(ctx, node, found.gl_pathc, job));
@@ -177,7 +177,7 @@ sc_status sc_series_find(const sc_ctx *ctx, const sc_yaml *node, const char *key
         if (strlen(absolute) >= SC_PATH_BYTES)
             return sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
                                 strlen(absolute), SC_PATH_BYTES);
-        strcpy(job->phases[i].path, absolute);
+        strcpy(job->volume.phases[i].path, absolute);
     }
     return SC_OK;
 }

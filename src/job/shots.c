@@ -176,9 +176,10 @@ static sc_status load_shot(const sc_ctx *ctx, const sc_job_sources *sources, con
         sc_goes_on(&status, check_background(ctx, node, film, job)))
         (void)sc_goes_on(&status, sc_job_check(ctx, sources, tree, job));
     /* A card has none of the film: see drop_unused. */
-    job->film_rules = sc_yaml_member(node, "card")         ? 0
-                      : film->rule_count < job->rule_count ? film->rule_count
-                                                           : job->rule_count;
+    job->tissues.film_rules = sc_yaml_member(node, "card") ? 0
+                              : film->tissues.rule_count < job->tissues.rule_count
+                                  ? film->tissues.rule_count
+                                  : job->tissues.rule_count;
     return status;
 }
 
@@ -207,13 +208,14 @@ static double transition_frames(const sc_shot *shot, int fps)
 /* Fill in how long shot @p i fades out, if it does so. */
 static sc_status find_fade_out(const sc_ctx *ctx, const sc_job *film, size_t i, sc_shot_span *span)
 {
-    const sc_shot *shot = &film->shots[i];
-    const sc_shot_transition *next = &film->shots[i + 1 < film->shot_count ? i + 1 : i].transition;
+    const sc_shot *shot = &film->film.shots[i];
+    const sc_shot_transition *next =
+        &film->film.shots[i + 1 < film->film.shot_count ? i + 1 : i].transition;
     const double frames = frames_of(&shot->fade_out, film->output.fps);
 
     if (!shot->has_fade_out)
         return SC_OK;
-    if (i + 1 < film->shot_count && next->kind != SC_TRANSITION_CUT)
+    if (i + 1 < film->film.shot_count && next->kind != SC_TRANSITION_CUT)
         return sc_fail(
             ctx, SC_ERR_DATA,
             "%s: shot %zu has a fade_out, but shot %zu follows with a %s; leave one of the two out",
@@ -232,7 +234,7 @@ static sc_status find_fade_out(const sc_ctx *ctx, const sc_job *film, size_t i, 
  * cannot begin as it is to. */
 static sc_status find_span(const sc_ctx *ctx, const sc_job *film, size_t i)
 {
-    sc_shot *shot = &film->shots[i];
+    sc_shot *shot = &film->film.shots[i];
     const sc_shot_transition *t = &shot->transition;
     const double frames = transition_frames(shot, film->output.fps);
 
@@ -259,15 +261,15 @@ static sc_status check_lengths(const sc_ctx *ctx, const sc_job *film, const sc_s
 {
     sc_status status = SC_OK;
 
-    for (size_t i = 0; i < film->shot_count; i++) {
-        const int used = sc_shot_transitions(spans, (int)film->shot_count, (int)i);
+    for (size_t i = 0; i < film->film.shot_count; i++) {
+        const int used = sc_shot_transitions(spans, (int)film->film.shot_count, (int)i);
 
         if (used > spans[i].frames)
             (void)sc_goes_on(
                 &status, sc_fail(ctx, SC_ERR_DATA,
                                  "%s: shot %zu has %d frame%s (%.3g s), but the transitions at its "
                                  "beginning and its end take %d; make it longer, or them shorter",
-                                 film->shots[i].where, i + 1, spans[i].frames,
+                                 film->film.shots[i].where, i + 1, spans[i].frames,
                                  spans[i].frames > 1 ? "s" : "",
                                  (double)spans[i].frames / film->output.fps, used));
     }
@@ -282,11 +284,11 @@ static sc_status place_shots(const sc_ctx *ctx, const sc_yaml *node, sc_job *fil
     bool all_cards = true;
     sc_status status = SC_OK;
 
-    for (size_t i = 0; i < film->shot_count; i++) {
+    for (size_t i = 0; i < film->film.shot_count; i++) {
         (void)sc_goes_on(&status, find_span(ctx, film, i));
-        spans[i] = film->shots[i].span;
+        spans[i] = film->film.shots[i].span;
         frames += spans[i].frames;
-        all_cards = all_cards && film->shots[i].has_card;
+        all_cards = all_cards && film->film.shots[i].has_card;
     }
     if (status == SC_OK && frames > SC_JOB_FRAMES_MAX)
         return sc_yaml_fail(ctx, node, "the shots have %.0f frames, expected at most %d", frames,
@@ -298,9 +300,9 @@ static sc_status place_shots(const sc_ctx *ctx, const sc_yaml *node, sc_job *fil
                          "all shots are title cards; expected at least one that shows the volume"));
     SC_PASS(status);
     SC_PASS(check_lengths(ctx, film, spans));
-    film->animation.frames = sc_shots_place(spans, (int)film->shot_count);
-    for (size_t i = 0; i < film->shot_count; i++)
-        film->shots[i].span = spans[i];
+    film->animation.frames = sc_shots_place(spans, (int)film->film.shot_count);
+    for (size_t i = 0; i < film->film.shot_count; i++)
+        film->film.shots[i].span = spans[i];
     return SC_OK;
 }
 
@@ -309,10 +311,10 @@ sc_status sc_shots_resolve(const sc_ctx *ctx, const sc_job_sources *sources, con
 {
     sc_status status = SC_OK;
 
-    for (size_t i = 0; i < job->shot_count; i++) {
+    for (size_t i = 0; i < job->film.shot_count; i++) {
         if (!sc_goes_on(&status,
-                        load_shot(ctx, sources, base, shots->items[i], job, &job->shots[i])))
+                        load_shot(ctx, sources, base, shots->items[i], job, &job->film.shots[i])))
             break;
     }
-    return status == SC_OK && job->shot_count ? place_shots(ctx, shots, job) : status;
+    return status == SC_OK && job->film.shot_count ? place_shots(ctx, shots, job) : status;
 }

@@ -21,7 +21,7 @@ static void use(const sc_options *options, const char *const *environment)
     int *frames, count;
 
     if (sc_job_load(&fuzz_ctx, &sources, &job) == SC_OK)
-        FUZZ_CHECK(job.volume[0]);
+        FUZZ_CHECK(job.volume.path[0]);
     if (options->frames &&
         sc_frames_parse(&fuzz_ctx, options->frames, 1000, &frames, &count) == SC_OK) {
         FUZZ_CHECK(count > 0 && count <= 1000);

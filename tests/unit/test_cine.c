@@ -129,21 +129,21 @@ TEST(series_are_found)
 
     assert_int_equal(load("p10 p0 p5 p15", "volume: p*\ncine: {bpm: 72.5, loop: 3}\n", &job),
                      SC_OK);
-    assert_int_equal(job.phase_count, 4);
-    assert_non_null(strstr(job.phases[1].path, "/cine-files/p5"));
-    assert_non_null(strstr(job.phases[3].path, "/cine-files/p15"));
-    assert_string_equal(job.volume, job.phases[0].path);
-    assert_true(job.has_cine && job.cine.cine.bpm == 72.5 && job.cine.cine.beats == 3);
+    assert_int_equal(job.volume.phase_count, 4);
+    assert_non_null(strstr(job.volume.phases[1].path, "/cine-files/p5"));
+    assert_non_null(strstr(job.volume.phases[3].path, "/cine-files/p15"));
+    assert_string_equal(job.volume.path, job.volume.phases[0].path);
+    assert_true(job.given.cine && job.cine.cine.bpm == 72.5 && job.cine.cine.beats == 3);
     sc_job_clear(&job);
     assert_int_equal(load("a b c", "volume: {path: [c, a, b]}\ncine: {loop: false}\n", &job),
                      SC_OK);
-    assert_int_equal(job.phase_count, 3);
-    assert_non_null(strstr(job.phases[0].path, "/c"));
-    assert_non_null(strstr(job.phases[2].path, "/b"));
+    assert_int_equal(job.volume.phase_count, 3);
+    assert_non_null(strstr(job.volume.phases[0].path, "/c"));
+    assert_non_null(strstr(job.volume.phases[2].path, "/b"));
     assert_int_equal(job.cine.cine.beats, 1);
     sc_job_clear(&job);
     assert_int_equal(load("p*", "volume: p*\n", &job), SC_OK); /* a file with such a name */
-    assert_int_equal(job.phase_count, 0);
+    assert_int_equal(job.volume.phase_count, 0);
     sc_job_clear(&job);
 }
 
@@ -157,14 +157,14 @@ TEST(phases_are_chosen)
         load("p1 p2 p3 p4 p5 p6",
              "volume: p*\ncine: {phases: \"0-4:2,5\"}\nshots: [{name: a}, {name: b}]\n", &job),
         SC_OK);
-    assert_int_equal(job.phase_count, 4);
-    assert_non_null(strstr(job.phases[1].path, "/p3"));
-    assert_non_null(strstr(job.phases[3].path, "/p6"));
-    assert_int_equal(job.shots[1].job.phase_count, 4);
+    assert_int_equal(job.volume.phase_count, 4);
+    assert_non_null(strstr(job.volume.phases[1].path, "/p3"));
+    assert_non_null(strstr(job.volume.phases[3].path, "/p6"));
+    assert_int_equal(job.film.shots[1].job.volume.phase_count, 4);
     assert_int_equal(sc_job_write(&listening, &job, false, &text), SC_OK);
     assert_int_equal(load("p1 p2 p3 p4 p5 p6", text.data, &again), SC_OK);
-    assert_int_equal(again.phase_count, 4);
-    assert_memory_equal(again.phases, job.phases, 4 * sizeof *job.phases);
+    assert_int_equal(again.volume.phase_count, 4);
+    assert_memory_equal(again.volume.phases, job.volume.phases, 4 * sizeof *job.volume.phases);
 }
 
 /* Phases are shown in the order in which they are chosen; the first of them is the volume. */
@@ -175,10 +175,10 @@ TEST(chosen_phases_keep_their_order)
 
     assert_int_equal(load("p1 p2 p3 p4 p5 p6", "volume: p*\ncine: {phases: \"3-5:2,0,1\"}\n", &job),
                      SC_OK);
-    assert_int_equal(job.phase_count, 4);
+    assert_int_equal(job.volume.phase_count, 4);
     for (int i = 0; i < 4; i++)
-        assert_int_equal(strrchr(job.phases[i].path, 'p')[1], order[i]);
-    assert_string_equal(job.volume, job.phases[0].path);
+        assert_int_equal(strrchr(job.volume.phases[i].path, 'p')[1], order[i]);
+    assert_string_equal(job.volume.path, job.volume.phases[0].path);
 }
 
 TEST(mistakes_are_told)

@@ -133,7 +133,7 @@ TEST(panels_are_as_large_as_can_be)
         const int width = cases[i].size_px[0], height = cases[i].size_px[1];
         const int count = cases[i].count;
         const sc_caption names[4] = {{.text = "a"}, {.text = "b"}, {.text = "c"}, {.text = "d"}};
-        sc_job job = {.has_compare = true, .compare = {.count = count - 1}};
+        sc_job job = {.given.compare = true, .compare = {.count = count - 1}};
         sc_places places;
         const sc_viewport *p = places.panels;
         int below;
@@ -164,7 +164,7 @@ TEST(names_have_room_below_the_pictures)
     static const int size_px[2] = {1280, 720};
     sc_places places, before = {.text_px = 0};
     sc_caption captions[2] = {{.text = "a"}};
-    sc_job job = {.has_compare = true, .compare = {.count = 1}};
+    sc_job job = {.given.compare = true, .compare = {.count = 1}};
 
     job.overlays.text_percent = 2.8;
     for (size_t i = 0; i < SC_COUNT_OF(names); i++) {

@@ -95,19 +95,20 @@ TEST(a_nul_byte_is_refused_with_its_line)
 /* @return whether two jobs change their volume in the same way. */
 static bool same_edits(const sc_job *a, const sc_job *b)
 {
-    if (a->volume_tissue_count != b->volume_tissue_count || a->has_keep != b->has_keep ||
-        a->has_merge != b->has_merge || a->has_resample != b->has_resample ||
-        memcmp(a->volume_resample_mm, b->volume_resample_mm, sizeof a->volume_resample_mm) != 0 ||
-        a->has_box != b->has_box || a->box.kind != b->box.kind ||
-        a->box.visible != b->box.visible || a->box.margin_mm != b->box.margin_mm ||
-        a->volume_level != b->volume_level || a->has_volume_size != b->has_volume_size ||
-        memcmp(a->volume_size, b->volume_size, sizeof a->volume_size) != 0 ||
-        memcmp(a->box.voxels, b->box.voxels, sizeof a->box.voxels) != 0 ||
-        memcmp(a->box.corners, b->box.corners, sizeof a->box.corners) != 0)
+    if (a->volume.tissue_count != b->volume.tissue_count || a->given.keep != b->given.keep ||
+        a->given.merge != b->given.merge || a->given.resample != b->given.resample ||
+        memcmp(a->volume.resample_mm, b->volume.resample_mm, sizeof a->volume.resample_mm) != 0 ||
+        a->given.box != b->given.box || a->volume.box.kind != b->volume.box.kind ||
+        a->volume.box.visible != b->volume.box.visible ||
+        a->volume.box.margin_mm != b->volume.box.margin_mm || a->volume.level != b->volume.level ||
+        a->given.volume_size != b->given.volume_size ||
+        memcmp(a->volume.size, b->volume.size, sizeof a->volume.size) != 0 ||
+        memcmp(a->volume.box.voxels, b->volume.box.voxels, sizeof a->volume.box.voxels) != 0 ||
+        memcmp(a->volume.box.corners, b->volume.box.corners, sizeof a->volume.box.corners) != 0)
         return false;
-    for (size_t i = 0; i < a->volume_tissue_count; i++) {
-        if (strcmp(a->volume_tissues[i].pattern, b->volume_tissues[i].pattern) != 0 ||
-            strcmp(a->volume_tissues[i].into, b->volume_tissues[i].into) != 0)
+    for (size_t i = 0; i < a->volume.tissue_count; i++) {
+        if (strcmp(a->volume.tissues[i].pattern, b->volume.tissues[i].pattern) != 0 ||
+            strcmp(a->volume.tissues[i].into, b->volume.tissues[i].into) != 0)
             return false;
     }
     return true;
@@ -134,15 +135,15 @@ TEST(what_is_changed_of_a_volume_is_read_and_written)
         SC_OWN(sc_job_clear) sc_job job = {0}, again = {0};
 
         assert_ok(load(jobs[i], NULL, NULL, &job));
-        assert_string_equal(job.volume, "phantom");
+        assert_string_equal(job.volume.path, "phantom");
         assert_ok(sc_job_write(&quiet, &job, false, &written));
         assert_ok(load(written.data, NULL, NULL, &again));
         assert_true(same_edits(&job, &again));
         if (i == 3) { /* those that are kept stand last, whatever came first */
-            assert_int_equal(job.volume_tissue_count, 4);
-            assert_string_equal(job.volume_tissues[3].pattern, "b");
-            assert_string_equal(job.volume_tissues[3].into, "");
-            assert_string_equal(job.volume_tissues[2].into, "walls");
+            assert_int_equal(job.volume.tissue_count, 4);
+            assert_string_equal(job.volume.tissues[3].pattern, "b");
+            assert_string_equal(job.volume.tissues[3].into, "");
+            assert_string_equal(job.volume.tissues[2].into, "walls");
         }
     }
     refuses("volume: {keep: aorta}\n", "the key \"path\" is missing");
@@ -170,9 +171,9 @@ TEST(a_long_map_finds_all_its_members)
     for (int i = 0; i < MEMBERS; i++)
         used += (size_t)snprintf(text + used, sizeof text - used, "  t%d: {opacity: 0.5}\n", i);
     assert_ok(load(text, NULL, NULL, &job));
-    assert_int_equal(job.rule_count, MEMBERS);
+    assert_int_equal(job.tissues.rule_count, MEMBERS);
     for (int i = 0; i < MEMBERS; i++)
-        assert_int_equal(atoi(job.rules[i].pattern + 1), i);
+        assert_int_equal(atoi(job.tissues.rules[i].pattern + 1), i);
     snprintf(text + used, sizeof text - used, "  t77: {}\n");
     refuses(text, "job.yaml:5003: key \"t77\" is given twice (first in line 80)");
 }
@@ -341,7 +342,7 @@ TEST(what_is_meant_otherwise_is_told)
     assert_non_null(strstr(said.text, "almost black"));
     sc_job_clear(&job);
     assert_ok(load("volume: phantom\n", "tissues.a.color=#ff0000", NULL, &job));
-    assert_int_equal(job.rules[0].rgb[0], 255);
+    assert_int_equal(job.tissues.rules[0].rgb[0], 255);
     sc_job_clear(&job);
     assert_ok(load("volume: phantom\nanimation: {frames: 9}\n", "animation.frames=1s", NULL, &job));
     assert_int_equal(job.animation.frames, 30);
@@ -388,31 +389,31 @@ static const char full[] =
 
 static void expect_verbs(const sc_job *job)
 {
-    assert_int_equal(job->verb_count, 7);
-    assert_int_equal(job->verb_tissue_count, 5);
-    assert_string_equal(job->verb_tissues[0].pattern, "myo*");
-    assert_string_equal(job->verb_tissues[2].pattern, "a: b");
-    assert_int_equal(job->verb_tissues[2].of, 1);
-    assert_int_equal(job->verb_tissues[3].of, 2);
-    assert_int_equal(job->verbs[0].kind, SC_VERB_FADE);
-    assert_near(job->verbs[0].to, 0.25, 0);
-    assert_true(!job->verbs[0].to_factor);
-    assert_near(job->verbs[0].begin, 1 / 11.0, 1e-10);
-    assert_int_equal(job->verbs[0].ease.kind, SC_EASE_LINEAR);
-    assert_int_equal(job->verbs[1].kind, SC_VERB_APPEAR);
-    assert_int_equal(job->verbs[1].order, SC_ORDER_SUPERIOR);
-    assert_near(job->verbs[1].stagger, 0.4, 1e-12);
-    assert_int_equal(job->verbs[1].ease.kind, SC_EASE_SMOOTH);
-    assert_int_equal(job->verbs[2].times, 2);
-    assert_true(job->verbs[2].to_factor);
-    assert_near(job->verbs[2].to, 0.3, 1e-12);
-    assert_int_equal(job->verbs[3].kind, SC_VERB_FRAME);
-    assert_int_equal(job->verbs[3].ease.kind, SC_EASE_BEZIER);
-    assert_near(job->verbs[3].ease.bezier[1], 0.25, 0);
-    assert_near(job->verbs[4].angle_deg, 30, 0);
-    assert_near(job->verbs[4].elevation_deg, -4, 0);
-    assert_int_equal(job->verbs[5].times, 3);
-    assert_near(job->verbs[6].to, 3, 0);
+    assert_int_equal(job->verbs.count, 7);
+    assert_int_equal(job->verbs.tissue_count, 5);
+    assert_string_equal(job->verbs.tissues[0].pattern, "myo*");
+    assert_string_equal(job->verbs.tissues[2].pattern, "a: b");
+    assert_int_equal(job->verbs.tissues[2].of, 1);
+    assert_int_equal(job->verbs.tissues[3].of, 2);
+    assert_int_equal(job->verbs.list[0].kind, SC_VERB_FADE);
+    assert_near(job->verbs.list[0].to, 0.25, 0);
+    assert_true(!job->verbs.list[0].to_factor);
+    assert_near(job->verbs.list[0].begin, 1 / 11.0, 1e-10);
+    assert_int_equal(job->verbs.list[0].ease.kind, SC_EASE_LINEAR);
+    assert_int_equal(job->verbs.list[1].kind, SC_VERB_APPEAR);
+    assert_int_equal(job->verbs.list[1].order, SC_ORDER_SUPERIOR);
+    assert_near(job->verbs.list[1].stagger, 0.4, 1e-12);
+    assert_int_equal(job->verbs.list[1].ease.kind, SC_EASE_SMOOTH);
+    assert_int_equal(job->verbs.list[2].times, 2);
+    assert_true(job->verbs.list[2].to_factor);
+    assert_near(job->verbs.list[2].to, 0.3, 1e-12);
+    assert_int_equal(job->verbs.list[3].kind, SC_VERB_FRAME);
+    assert_int_equal(job->verbs.list[3].ease.kind, SC_EASE_BEZIER);
+    assert_near(job->verbs.list[3].ease.bezier[1], 0.25, 0);
+    assert_near(job->verbs.list[4].angle_deg, 30, 0);
+    assert_near(job->verbs.list[4].elevation_deg, -4, 0);
+    assert_int_equal(job->verbs.list[5].times, 3);
+    assert_near(job->verbs.list[6].to, 3, 0);
 }
 
 static void expect_overlays(const sc_job *job)
@@ -420,13 +421,13 @@ static void expect_overlays(const sc_job *job)
     assert_int_equal(job->overlays.time, SC_PLACE_TOP_RIGHT);
     assert_int_equal(job->overlays.scale_bar, SC_PLACE_NONE);
     assert_string_equal(job->overlays.font, "DejaVu Sans");
-    assert_int_equal(job->caption_count, 2);
-    assert_string_equal(job->captions[1].text, "The heart");
-    assert_int_equal(job->captions[1].place, SC_PLACE_BOTTOM);
-    assert_string_equal(job->captions[0].text, "a\nb: \"c\"");
-    assert_int_equal(job->captions[0].place, SC_PLACE_TOP_LEFT);
-    assert_near(job->captions[0].begin, 1 / 11.0, 1e-10);
-    assert_near(job->captions[0].end, 5 / 11.0, 1e-10);
+    assert_int_equal(job->overlay_lists.caption_count, 2);
+    assert_string_equal(job->overlay_lists.captions[1].text, "The heart");
+    assert_int_equal(job->overlay_lists.captions[1].place, SC_PLACE_BOTTOM);
+    assert_string_equal(job->overlay_lists.captions[0].text, "a\nb: \"c\"");
+    assert_int_equal(job->overlay_lists.captions[0].place, SC_PLACE_TOP_LEFT);
+    assert_near(job->overlay_lists.captions[0].begin, 1 / 11.0, 1e-10);
+    assert_near(job->overlay_lists.captions[0].end, 5 / 11.0, 1e-10);
 }
 
 static void expect_full(const sc_job *job)
@@ -435,9 +436,9 @@ static void expect_full(const sc_job *job)
     assert_int_equal(job->output.frames, SC_FRAMES_PNG);
     assert_int_equal(job->render.skip, SC_SKIP_NONE);
     assert_int_equal(job->render.background.rgb[2], 0x30);
-    assert_int_equal(job->rule_count, 2);
-    assert_string_equal(job->rules[1].pattern, "7");
-    assert_true(job->rules[1].has_visible && !job->rules[1].visible);
+    assert_int_equal(job->tissues.rule_count, 2);
+    assert_string_equal(job->tissues.rules[1].pattern, "7");
+    assert_true(job->tissues.rules[1].has_visible && !job->tissues.rules[1].visible);
     assert_near(job->animation.camera.axis.x, -1, 0);
     assert_true(job->animation.camera.has_target);
     assert_int_equal(job->animation.camera.projection, SC_ORTHOGRAPHIC);
@@ -451,8 +452,8 @@ static void expect_full(const sc_job *job)
     assert_int_equal(job->animation.sweeps[1].active_track.count, 2);
     assert_near(job->animation.sweeps[1].active_track.keys[0].at, 1 / 11.0, 1e-10);
     assert_near(job->animation.sweeps[1].active_track.keys[0].value.x, 1, 0);
-    assert_int_equal(job->exception_count, 2);
-    assert_string_equal(job->exceptions[0].pattern, "coronary*");
+    assert_int_equal(job->tissues.exception_count, 2);
+    assert_string_equal(job->tissues.exceptions[0].pattern, "coronary*");
     expect_verbs(job);
     expect_overlays(job);
 }
@@ -575,14 +576,14 @@ TEST(parts_of_the_animation_may_be_times)
                  "{zoom: 2, during: %s}]}\n",
                  cases[i].part);
         assert_int_equal(load(text, NULL, NULL, &job), SC_OK);
-        assert_near(job.verbs[0].begin, cases[i].begin / 100, 1e-11);
-        assert_near(job.verbs[0].end, cases[i].end / 100, 1e-11);
-        assert_true(job.verbs[0].begin <=
+        assert_near(job.verbs.list[0].begin, cases[i].begin / 100, 1e-11);
+        assert_near(job.verbs.list[0].end, cases[i].end / 100, 1e-11);
+        assert_true(job.verbs.list[0].begin <=
                     cases[i].begin / 100); /* a jump there is not a frame late */
         assert_ok(sc_job_write(&quiet, &job, false, &written));
         assert_int_equal(load(written.data, NULL, NULL, &again), SC_OK);
-        assert_near(again.verbs[0].begin, job.verbs[0].begin, 0);
-        assert_near(again.verbs[0].end, job.verbs[0].end, 0);
+        assert_near(again.verbs.list[0].begin, job.verbs.list[0].begin, 0);
+        assert_near(again.verbs.list[0].end, job.verbs.list[0].end, 0);
     }
 }
 
@@ -865,7 +866,7 @@ TEST(the_command_line_beats_the_environment_beats_the_file)
     assert_int_equal(job.render.quality, SC_QUALITY_STILL);
     sc_job_clear(&job);
     assert_ok(load(text, "tissues.\"left atrium\".opacity=0.25", NULL, &job));
-    assert_string_equal(job.rules[0].pattern, "left atrium");
+    assert_string_equal(job.tissues.rules[0].pattern, "left atrium");
     sc_job_clear(&job);
     assert_ok(load(full, "animation.clip.1.at=30%", NULL, &job));
     assert_near(job.animation.sweeps[1].at.value, 30, 0);
@@ -1032,9 +1033,9 @@ TEST(every_text_is_written_so_that_it_can_be_read)
     assert_ok(sc_job_write(&quiet, &job, false, &written));
     if (load(written.data, NULL, NULL, &again) != SC_OK)
         fail_msg("%s: %s", said.text, written.data);
-    assert_string_equal(again.rules[0].pattern, "a \"b\" \\c: #");
-    assert_string_equal(again.exceptions[0].pattern, "\"\\");
-    assert_string_equal(again.exceptions[1].pattern, "\x01\n");
+    assert_string_equal(again.tissues.rules[0].pattern, "a \"b\" \\c: #");
+    assert_string_equal(again.tissues.exceptions[0].pattern, "\"\\");
+    assert_string_equal(again.tissues.exceptions[1].pattern, "\x01\n");
 }
 
 /* Only "phantom" and "phantom:WxDxH" stand for the phantom; the name of a file may begin in the
@@ -1047,7 +1048,7 @@ TEST(a_file_named_like_the_phantom_is_a_file)
     mkdir("jobs-below", 0777);
     write_text("jobs-below/job.yaml", "volume: phantom.nrrd\n");
     assert_ok(sc_job_load(&listening, &sources, &job));
-    assert_string_equal(job.volume, "jobs-below/phantom.nrrd");
+    assert_string_equal(job.volume.path, "jobs-below/phantom.nrrd");
     unlink("jobs-below/job.yaml");
     rmdir("jobs-below");
     assert_true(sc_job_is_phantom("phantom") && sc_job_is_phantom("phantom:9x9x9"));
@@ -1138,7 +1139,7 @@ TEST(a_box_is_six_planes)
                    "mm, 100%]], except: [a, b]}]}\n",
                    NULL, NULL, &job));
     assert_int_equal(job.animation.sweep_count, 6);
-    assert_int_equal(job.exception_count, 12);
+    assert_int_equal(job.tissues.exception_count, 12);
     assert_true(job.animation.sweeps[0].normal.x == 1 && job.animation.sweeps[0].at.value == 10);
     assert_true(job.animation.sweeps[1].normal.x == -1 && job.animation.sweeps[1].at.value == 40);
     assert_true(job.animation.sweeps[3].normal.y == -1 && job.animation.sweeps[3].at.value == -30 &&

@@ -127,7 +127,7 @@ static void map_file(sc_comm *comm, void *user)
     SC_OWN(sc_input_clear) sc_input input = {0};
     bool usable = false;
 
-    snprintf(job.volume, sizeof job.volume, "%s", m->files[rank]);
+    snprintf(job.volume.path, sizeof job.volume.path, "%s", m->files[rank]);
     m->outcomes[rank] = sc_input_map(&app, &job, &input, &usable);
     if (m->outcomes[rank] == SC_OK)
         assert_true(usable);

@@ -52,46 +52,47 @@ static const char film[] =
 static void expect_film(const sc_job *job)
 {
     static const int firsts[4] = {0, 12, 47, 68}, frames[4] = {12, 40, 21, 100};
-    const sc_job *two = &job->shots[2].job;
+    const sc_job *two = &job->film.shots[2].job;
 
-    assert_int_equal(job->shot_count, 4);
+    assert_int_equal(job->film.shot_count, 4);
     assert_int_equal(job->animation.frames, 168);
     for (int i = 0; i < 4; i++) {
-        assert_int_equal(job->shots[i].span.first, firsts[i]);
-        assert_int_equal(job->shots[i].span.frames, frames[i]);
-        assert_int_equal(job->shots[i].job.animation.frames, frames[i]);
+        assert_int_equal(job->film.shots[i].span.first, firsts[i]);
+        assert_int_equal(job->film.shots[i].span.frames, frames[i]);
+        assert_int_equal(job->film.shots[i].job.animation.frames, frames[i]);
     }
-    assert_true(job->shots[0].has_card && job->shots[0].card.has_subtitle);
-    assert_int_equal(job->shots[0].job.rule_count, 1); /* its own, and none of the film */
-    assert_string_equal(job->shots[0].card.title, "A film");
-    assert_string_equal(job->shots[3].name, "Three");
-    assert_int_equal(job->shots[1].span.transition_frames, 10);
-    assert_int_equal(job->shots[2].span.transition_frames, 5);
-    assert_int_equal(job->shots[3].span.fade_out_frames, 5);
+    assert_true(job->film.shots[0].has_card && job->film.shots[0].card.has_subtitle);
+    assert_int_equal(job->film.shots[0].job.tissues.rule_count,
+                     1); /* its own, and none of the film */
+    assert_string_equal(job->film.shots[0].card.title, "A film");
+    assert_string_equal(job->film.shots[3].name, "Three");
+    assert_int_equal(job->film.shots[1].span.transition_frames, 10);
+    assert_int_equal(job->film.shots[2].span.transition_frames, 5);
+    assert_int_equal(job->film.shots[3].span.fade_out_frames, 5);
     /* maps are merged key by key */
     assert_int_equal(two->render.quality, SC_QUALITY_FILM);
     assert_near(two->render.cap_outline, 0.5, 0);
     assert_int_equal(two->overlays.time, SC_PLACE_TOP);
-    assert_int_equal(job->shots[1].job.render.quality, SC_QUALITY_DRAFT);
-    assert_int_equal(job->shots[3].job.output.layout, SC_LAYOUT_VIEWS);
+    assert_int_equal(job->film.shots[1].job.render.quality, SC_QUALITY_DRAFT);
+    assert_int_equal(job->film.shots[3].job.output.layout, SC_LAYOUT_VIEWS);
     assert_int_equal(two->output.layout, SC_LAYOUT_PICTURE);
     /* of keys that exclude each other that of the shot wins */
-    assert_true(two->animation.camera.fixed && !job->shots[1].job.animation.camera.fixed);
-    assert_near(job->shots[3].job.animation.camera.turns, 2, 0);
+    assert_true(two->animation.camera.fixed && !job->film.shots[1].job.animation.camera.fixed);
+    assert_near(job->film.shots[3].job.animation.camera.turns, 2, 0);
     /* lists are replaced */
-    assert_int_equal(two->caption_count, 1);
-    assert_string_equal(two->captions[0].text, "second");
+    assert_int_equal(two->overlay_lists.caption_count, 1);
+    assert_string_equal(two->overlay_lists.captions[0].text, "second");
     assert_int_equal(two->animation.sweep_count, 0);
-    assert_int_equal(job->shots[3].job.animation.sweep_count, 1);
+    assert_int_equal(job->film.shots[3].job.animation.sweep_count, 1);
     /* tissues come behind those of the film */
-    assert_int_equal(two->rule_count, 3);
-    assert_string_equal(two->rules[2].pattern, "aorta");
-    assert_true(two->rules[2].has_opacity && !two->rules[2].has_color);
-    assert_near(two->rules[2].opacity, 0.25, 0);
+    assert_int_equal(two->tissues.rule_count, 3);
+    assert_string_equal(two->tissues.rules[2].pattern, "aorta");
+    assert_true(two->tissues.rules[2].has_opacity && !two->tissues.rules[2].has_color);
+    assert_near(two->tissues.rules[2].opacity, 0.25, 0);
     /* times count from the beginning of the shot */
-    assert_near(job->shots[1].job.animation.sweeps[0].at_track.keys[0].at, 10.0 / 39, 1e-9);
-    assert_near(job->shots[3].job.animation.sweeps[0].at_track.keys[0].at, 10.0 / 99, 1e-9);
-    assert_near(job->shots[3].job.captions[0].end, 20.0 / 99, 1e-9);
+    assert_near(job->film.shots[1].job.animation.sweeps[0].at_track.keys[0].at, 10.0 / 39, 1e-9);
+    assert_near(job->film.shots[3].job.animation.sweeps[0].at_track.keys[0].at, 10.0 / 99, 1e-9);
+    assert_near(job->film.shots[3].job.overlay_lists.captions[0].end, 20.0 / 99, 1e-9);
 }
 
 TEST(a_shot_has_the_keys_of_its_film)

@@ -132,9 +132,9 @@ sc_status sc_convert_line(sc_app *app)
     if (strcmp(path, "-"))
         SC_PASS(sc_check_output(app, &session.job, path, true));
     sc_stage_begin(app->ctx, "reading", 0, 0);
-    if (sc_is_prepared_file(session.job.volume)) {
+    if (sc_is_prepared_file(session.job.volume.path)) {
         SC_PASS(sc_input_map(&mapping, &session.job, &input, &usable));
-        SC_PASS(sc_check_line_voxels(app->ctx, session.job.volume, &input.volume, &w.line));
+        SC_PASS(sc_check_line_voxels(app->ctx, session.job.volume.path, &input.volume, &w.line));
         volume = sc_volume_of_prepared(&input.volume);
     } else {
         SC_PASS(sc_input_voxels(app, &session.job, &input, &read));

@@ -181,7 +181,7 @@ sc_status sc_convert_mesh(sc_app *app)
     SC_PASS(sc_check_output(app, &session.job, path, true));
     SC_PASS(sc_input_load(app, &session.job, &session.times, &input));
     SC_PASS(SC_ZALLOC(app->ctx, (size_t)input.volume.label_count, &looks));
-    sc_transfer_resolve(&input.volume, session.job.rules, session.job.rule_count,
+    sc_transfer_resolve(&input.volume, session.job.tissues.rules, session.job.tissues.rule_count,
                         sc_job_opacity_rule(&session.job), looks);
     SC_PASS(write_mesh(app, &input.volume, looks, format));
     sc_display_end_stage(app);

@@ -16,7 +16,8 @@ static sc_status find_opacity(const sc_app *app, const sc_job *job, const sc_pre
 
     SC_PASS(SC_ZALLOC(app->ctx, labels, &tissues));
     SC_PASS(SC_ZALLOC(app->ctx, labels, &opacity));
-    sc_transfer_resolve(view, job->rules, job->rule_count, sc_job_opacity_rule(job), tissues);
+    sc_transfer_resolve(view, job->tissues.rules, job->tissues.rule_count, sc_job_opacity_rule(job),
+                        tissues);
     for (int id = 1; id < view->label_count; id++)
         opacity[id] = tissues[id].visible ? (float)tissues[id].opacity : 0;
     SC_HAND_OVER(opacity, out);
@@ -170,7 +171,7 @@ static sc_status prepare_phases(sc_app *app, const sc_job *job, const char *path
     series s = {.app = &own,
                 .job = job,
                 .path = path,
-                .count = (int)job->phase_count,
+                .count = (int)job->volume.phase_count,
                 .each = 1 + job->cine.cine.between};
     SC_OWN(sc_text_clear) sc_text name = {0};
     sc_status status;
@@ -178,7 +179,7 @@ static sc_status prepare_phases(sc_app *app, const sc_job *job, const char *path
     SC_TRY(sc_begin_phase_store(app, job, &own));
     for (int i = 0; i < s.count * s.each; i++) { /* all are checked before the first is made */
         SC_TRY(find_path(&s, i, &name));
-        SC_TRY(check_input(app, job, job->phases[i / s.each].path, name.data));
+        SC_TRY(check_input(app, job, job->volume.phases[i / s.each].path, name.data));
     }
     for (int i = 0; i < s.count; i++)
         SC_TRY(prepare_phase(&s, i));
@@ -203,8 +204,8 @@ sc_status sc_convert_prepared(sc_app *app, const char *job)
         SC_PASS(sc_expect_series(app));
     }
     SC_PASS(sc_session_job(app, job, &session));
-    if (session.job.phase_count)
+    if (session.job.volume.phase_count)
         return prepare_phases(app, &session.job, path);
-    SC_PASS(check_input(app, &session.job, session.job.volume, path));
+    SC_PASS(check_input(app, &session.job, session.job.volume.path, path));
     return prepare_file(app, &session.job, &input, path, &opacity);
 }

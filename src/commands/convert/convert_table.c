@@ -44,8 +44,8 @@ sc_status sc_convert_table(sc_app *app)
     if (!to_stdout)
         SC_PASS(
             sc_check_output(app, NULL, app->options.output, true)); /* other tables stay unread */
-    SC_PASS(sc_read_label_table(app, app->options.input, (sc_table_format)session.job.labels_format,
-                                NULL, &table));
+    SC_PASS(sc_read_label_table(app, app->options.input,
+                                (sc_table_format)session.job.volume.labels_format, NULL, &table));
     SC_PASS(sc_label_table_print(app->ctx, to_stdout ? "standard output" : app->options.output,
                                  &table, writer, &text));
     return sc_write_text(app, &text, app->options.output);

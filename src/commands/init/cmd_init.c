@@ -239,15 +239,15 @@ static sc_status add_series(const sc_app *app, const sc_job *job, const char *pa
     SC_PASS(sc_text_add(ctx, out, "%s: %s", volume_key(app), is_here ? "" : "["));
     if (is_here)
         SC_PASS(add_quoted_path(ctx, pattern, out));
-    for (size_t i = 0; i < job->phase_count && !is_here; i++) {
+    for (size_t i = 0; i < job->volume.phase_count && !is_here; i++) {
         SC_PASS(sc_text_add(ctx, out, "%s", i ? ", " : ""));
-        SC_PASS(add_quoted_path(ctx, job->phases[i].path, out));
+        SC_PASS(add_quoted_path(ctx, job->volume.phases[i].path, out));
     }
     SC_PASS(sc_text_add(ctx, out, "%s\n", is_here ? "" : "]"));
     SC_PASS(add_header(app, out));
     return sc_text_add(
         ctx, out, "cine: {bpm: %g}  # beats per minute: the %zu volumes are the phases of one\n",
-        job->cine.cine.bpm, job->phase_count);
+        job->cine.cine.bpm, job->volume.phase_count);
 }
 
 /* Append everything before the tissues. @param path where the job is written. */
@@ -261,11 +261,11 @@ static sc_status add_head(const sc_app *app, const sc_job *job, const char *path
     const char *appearance = option_value(app, "appearance"), *look = option_value(app, "look");
 
     SC_PASS(add_comments(ctx, path, out));
-    if (job->phase_count)
+    if (job->volume.phase_count)
         SC_PASS(add_series(app, job, app->options.input, is_here, out));
     else
         SC_PASS(add_path(ctx, volume_key(app), app->options.input, is_here, out));
-    if (!job->phase_count)
+    if (!job->volume.phase_count)
         SC_PASS(add_header(app, out));
     if (labels)
         SC_PASS(add_path(ctx, "labels", labels, is_here, out));

@@ -23,20 +23,20 @@ static void tell_of_video(const sc_app *app, const sc_job *job)
         sc_warn(app->ctx,
                 "%s%soutput.size is %d x %d: that is more than the 35.7 million pixels for which "
                 "%s has levels, so that players may refuse %s; 8k (7680x4320) is within them",
-                job->size_where, colon_after(job->size_where), settings.width_px,
+                job->lines.size, colon_after(job->lines.size), settings.width_px,
                 settings.height_px, sc_video_codec_name(video, settings.codec), video);
     if (sc_video_counts_hundredths(video) && 100 % settings.fps != 0)
         sc_warn(app->ctx,
                 "%s%soutput.fps is %d: a GIF counts in hundredths of a second, so that frames of "
                 "%s are shown for %d or %d of them; 20, 25 and 50 frames per second are even",
-                job->fps_where, colon_after(job->fps_where), settings.fps, video,
+                job->lines.fps, colon_after(job->lines.fps), settings.fps, video,
                 100 / settings.fps, 100 / settings.fps + 1);
     if (bytes > 0 && is_large)
         sc_warn(app->ctx,
                 "%s%s%s: %d frames of %d x %d take about %.0f MB (an estimate; segcast plan draws "
                 "some and tells better); smaller or fewer frames make it fit for slides and pages, "
                 "and a video (.mp4, .webm) is far smaller",
-                job->video_where, colon_after(job->video_where), video, job->animation.frames,
+                job->lines.video, colon_after(job->lines.video), video, job->animation.frames,
                 settings.width_px, settings.height_px, bytes / 1e6);
     else if (bytes > 0)
         sc_info(app->ctx,
@@ -54,5 +54,5 @@ void sc_warn_of_outputs(const sc_app *app, const sc_job *job)
         sc_warn(app->ctx,
                 "%s%soutput.video and output.frames are both none: the frames are drawn and their "
                 "hashes are kept, but no picture is",
-                job->video_where, colon_after(job->video_where));
+                job->lines.video, colon_after(job->lines.video));
 }

@@ -17,10 +17,10 @@ static void find_chapters(const sc_job *job, sc_video_settings *settings)
 {
     bool any = false;
 
-    for (size_t i = 0; i < job->shot_count; i++)
-        any = any || job->shots[i].name[0];
-    for (size_t i = 0; i < job->shot_count && any; i++) {
-        const sc_shot *shot = &job->shots[i];
+    for (size_t i = 0; i < job->film.shot_count; i++)
+        any = any || job->film.shots[i].name[0];
+    for (size_t i = 0; i < job->film.shot_count && any; i++) {
+        const sc_shot *shot = &job->film.shots[i];
 
         if (!shot->name[0] && i > 0)
             continue;
@@ -35,10 +35,10 @@ static void find_chapters(const sc_job *job, sc_video_settings *settings)
 /* @return whether all pictures of a job show all directions. */
 static bool shows_all_directions(const sc_job *job)
 {
-    bool all = job->shot_count > 0 || job->animation.camera.projection == SC_EQUIRECTANGULAR;
+    bool all = job->film.shot_count > 0 || job->animation.camera.projection == SC_EQUIRECTANGULAR;
 
-    for (size_t i = 0; i < job->shot_count; i++)
-        all = all && job->shots[i].job.animation.camera.projection == SC_EQUIRECTANGULAR;
+    for (size_t i = 0; i < job->film.shot_count; i++)
+        all = all && job->film.shots[i].job.animation.camera.projection == SC_EQUIRECTANGULAR;
     return all;
 }
 

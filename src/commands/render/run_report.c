@@ -296,7 +296,7 @@ static void describe_run(const sc_run *run, record_texts *texts, sc_run_record *
         .nodes = sc_comm_node_count(run->app->comm),
         .job = {run->root.store_job.job_hash, run->root.store_job.volume_hash},
         .begin_unix_s = run->clock.begin_unix_s,
-        .volume_bytes = (uint64_t)(job->phase_count ? run->session.inputs->count : 1) *
+        .volume_bytes = (uint64_t)(job->volume.phase_count ? run->session.inputs->count : 1) *
                         (uint64_t)volume->size[0] * (uint64_t)volume->size[1] *
                         (uint64_t)volume->size[2] * (uint64_t)volume->label_bytes,
         .prepared_bytes = sc_inputs_bytes(run->session.inputs),

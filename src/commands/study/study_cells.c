@@ -92,9 +92,9 @@ static sc_status hash_volume(const sc_ctx *ctx, const sc_job *job, uint64_t *out
     part.light_tracks = (sc_light_tracks){0};
     part.animation = (sc_animation){.frames = 1};
     part.farm = (sc_farm_options){.tile_px = 8};
-    part.exceptions = NULL;
-    part.exception_count = 0;
-    part.has_verbs = false;
+    part.tissues.exceptions = NULL;
+    part.tissues.exception_count = 0;
+    part.given.verbs = false;
     part.render.skip = 0;
     part.render.cpu = 0;
     part.render.early_termination = true;
@@ -132,12 +132,12 @@ static sc_status hash_picture(const sc_study_state *state, const sc_job *job, ui
     uint64_t hash = 2;
 
     SC_PASS(hash_job(state->app->ctx, job, true, &hash));
-    hash = sc_hash_bytes(job->volume, strlen(job->volume), hash);
-    for (size_t i = 1; i < job->phase_count; i++)
-        hash = sc_hash_bytes(job->phases[i].path, strlen(job->phases[i].path), hash);
-    hash = sc_hash_bytes(job->labels, strlen(job->labels), hash);
-    hash = sc_hash_bytes(job->volume_size, sizeof job->volume_size, hash);
-    hash = sc_hash_bytes(job->volume_resample_mm, sizeof job->volume_resample_mm, hash);
+    hash = sc_hash_bytes(job->volume.path, strlen(job->volume.path), hash);
+    for (size_t i = 1; i < job->volume.phase_count; i++)
+        hash = sc_hash_bytes(job->volume.phases[i].path, strlen(job->volume.phases[i].path), hash);
+    hash = sc_hash_bytes(job->volume.labels, strlen(job->volume.labels), hash);
+    hash = sc_hash_bytes(job->volume.size, sizeof job->volume.size, hash);
+    hash = sc_hash_bytes(job->volume.resample_mm, sizeof job->volume.resample_mm, hash);
     hash = sc_hash_bytes(&job->color_by.measure, sizeof job->color_by.measure, hash);
     hash = sc_hash_bytes(job->color_by.table, strlen(job->color_by.table), hash);
     hash = sc_hash_bytes(job->image.path, strlen(job->image.path), hash);

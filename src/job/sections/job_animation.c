@@ -137,8 +137,8 @@ static sc_status read_frames(const sc_ctx *ctx, const sc_key *key, const sc_yaml
 
     if (sc_parse_number(node, &number))
         return sc_type_int.read(ctx, key, node, &job->animation.frames);
-    status = sc_type_duration.read(ctx, key, node, &job->duration_s);
-    job->has_duration = status == SC_OK;
+    status = sc_type_duration.read(ctx, key, node, &job->film.duration_s);
+    job->given.duration = status == SC_OK;
     return status;
 }
 

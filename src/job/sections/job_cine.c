@@ -61,28 +61,28 @@ static sc_status select_phases(const sc_ctx *ctx, const sc_yaml *root, sc_job *j
     const sc_ctx silent = {.rank = ctx->rank, .alloc_budget = ctx->alloc_budget};
     SC_OWN(sc_free_at) int *chosen = NULL;
     int count = 0;
-    sc_volume_path *all = job->phases;
+    sc_volume_path *all = job->volume.phases;
     sc_status status;
 
     if (!job->cine.phases[0])
         return SC_OK;
-    status =
-        sc_frames_parse_order(&silent, job->cine.phases, (int)job->phase_count, &chosen, &count);
+    status = sc_frames_parse_order(&silent, job->cine.phases, (int)job->volume.phase_count, &chosen,
+                                   &count);
     if (status == SC_ERR_USAGE)
         return sc_yaml_fail(ctx, sc_yaml_member(sc_yaml_member(root, "cine"), "phases"),
                             "phases is \"%s\", expected numbers from 0 to %zu, such as 0-%zu, each "
                             "once: there are %zu phases",
-                            job->cine.phases, job->phase_count - 1, job->phase_count - 1,
-                            job->phase_count);
+                            job->cine.phases, job->volume.phase_count - 1,
+                            job->volume.phase_count - 1, job->volume.phase_count);
     if (status != SC_OK)
         return sc_fail(ctx, status, "out of memory while phases were chosen");
-    SC_PASS(SC_ALLOC(ctx, (size_t)count, &job->phases));
+    SC_PASS(SC_ALLOC(ctx, (size_t)count, &job->volume.phases));
     for (int i = 0; i < count; i++)
-        job->phases[i] = all[chosen[i]];
+        job->volume.phases[i] = all[chosen[i]];
     sc_free(all);
-    job->phase_count = (size_t)count;
-    strcpy(job->volume, job->phases[0].path);
-    if (!job->phases[0].phase)
+    job->volume.phase_count = (size_t)count;
+    strcpy(job->volume.path, job->volume.phases[0].path);
+    if (!job->volume.phases[0].phase)
         job->cine.phases[0] = '\0';
     return SC_OK;
 }
@@ -95,19 +95,19 @@ static sc_status select_phases(const sc_ctx *ctx, const sc_yaml *root, sc_job *j
 /* Let phases of a file follow each other in its own time, unless the job says how. */
 static void choose_bpm(const sc_ctx *ctx, const sc_yaml *cine, double step_s, sc_job *job)
 {
-    const double bpm = step_s > 0 ? 60 / (step_s * (double)job->phase_count) : 0;
+    const double bpm = step_s > 0 ? 60 / (step_s * (double)job->volume.phase_count) : 0;
 
     if (bpm <= 0 || sc_yaml_member(cine, "bpm"))
         return;
     if (bpm >= BELIEVED_LEAST_BPM && bpm <= BELIEVED_MOST_BPM) {
         job->cine.cine.bpm = bpm;
-        sc_info(ctx, "%s: its phases are %.4g s apart: %.4g beats a minute (cine.bpm)", job->volume,
-                step_s, bpm);
+        sc_info(ctx, "%s: its phases are %.4g s apart: %.4g beats a minute (cine.bpm)",
+                job->volume.path, step_s, bpm);
     } else {
         sc_info(ctx,
                 "%s: its phases are said to be %.4g s apart, which makes %.4g beats a minute; "
                 "taken as %g (cine.bpm)",
-                job->volume, step_s, bpm, job->cine.cine.bpm);
+                job->volume.path, step_s, bpm, job->cine.cine.bpm);
     }
 }
 
@@ -117,18 +117,18 @@ static sc_status find_phases(const sc_ctx *ctx, const sc_yaml *volume, sc_job *j
 {
     int count = 1;
 
-    SC_PASS(sc_volume_phases(ctx, job->volume, &count, step_s));
+    SC_PASS(sc_volume_phases(ctx, job->volume.path, &count, step_s));
     if (count == 1)
         return SC_OK;
-    if (job->has_phase)
+    if (job->given.phase)
         return sc_yaml_fail(ctx, volume,
                             "volume: phase chooses one of the %d phases of the file, and cine "
                             "shows all; expected one of the two, or cine.phases",
                             count);
     SC_PASS(sc_series_alloc(ctx, volume, (size_t)count, job));
     for (int i = 0; i < count; i++) {
-        strcpy(job->phases[i].path, job->volume);
-        job->phases[i].phase = i + 1;
+        strcpy(job->volume.phases[i].path, job->volume.path);
+        job->volume.phases[i].phase = i + 1;
     }
     return SC_OK;
 }
@@ -139,34 +139,35 @@ sc_status sc_cine_check(const sc_ctx *ctx, const sc_job_sources *sources, const 
     const sc_yaml *cine = sc_yaml_member(root, "cine"), *volume = sc_yaml_member(root, "volume");
     double step_s = 0;
 
-    if (!job->volume[0])
+    if (!job->volume.path[0])
         return SC_OK; /* which has been told */
-    if (job->phase_count && !cine)
+    if (job->volume.phase_count && !cine)
         return sc_yaml_fail(ctx, volume,
                             "volume is a series of %zu files; expected cine, such as cine: {bpm: "
                             "60}, which shows them as the phases of a beat, or one of the files",
-                            job->phase_count);
-    if (!job->phase_count && cine && sources->check_inputs && !sc_job_is_phantom(job->volume))
+                            job->volume.phase_count);
+    if (!job->volume.phase_count && cine && sources->check_inputs &&
+        !sc_job_is_phantom(job->volume.path))
         SC_PASS(find_phases(ctx, volume, job, &step_s));
-    if (!job->phase_count && cine)
+    if (!job->volume.phase_count && cine)
         return sc_yaml_fail(
             ctx, cine,
             "cine: volume is one file, which holds one volume; expected a series of phases, such "
             "as volume: heart_*.nrrd, a list of files, or a file that holds several (4-D)");
-    if (!job->has_cine) /* which may have a mistake of its own */
+    if (!job->given.cine) /* which may have a mistake of its own */
         return SC_OK;
     SC_PASS(select_phases(ctx, root, job));
-    if (job->phase_count < 2)
+    if (job->volume.phase_count < 2)
         return sc_yaml_fail(ctx, cine, "cine: there is one phase, expected 2 or more");
-    if (job->phase_count * (size_t)(1 + job->cine.cine.between) > SC_PHASES_MAX)
+    if (job->volume.phase_count * (size_t)(1 + job->cine.cine.between) > SC_PHASES_MAX)
         return sc_yaml_fail(
             ctx, sc_yaml_member(cine, "between"),
             "cine: %zu phases, and %d between each two, are %zu; expected at most %d",
-            job->phase_count, job->cine.cine.between,
-            job->phase_count * (size_t)(1 + job->cine.cine.between), SC_PHASES_MAX);
+            job->volume.phase_count, job->cine.cine.between,
+            job->volume.phase_count * (size_t)(1 + job->cine.cine.between), SC_PHASES_MAX);
     choose_bpm(ctx, cine, step_s, job);
-    job->volume_phase = job->phases[0].phase;
-    if (job->box.visible)
+    job->volume.phase = job->volume.phases[0].phase;
+    if (job->volume.box.visible)
         return sc_yaml_fail(ctx, volume,
                             "box: what is visible is another part of each phase; expected a box, "
                             "which is the same for all: box: [[x, y, z], [x, y, z]]");

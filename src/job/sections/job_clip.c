@@ -180,9 +180,9 @@ static sc_status write_exceptions(const sc_ctx *ctx, const sc_job *job, int plan
     const char *comma = "";
 
     SC_PASS(sc_text_add(ctx, text, "["));
-    for (size_t e = 0; e < job->exception_count; e++) {
-        if (job->exceptions[e].plane == plane && job->exceptions[e].span == span)
-            SC_PASS(sc_write_item(ctx, &comma, job->exceptions[e].pattern, text));
+    for (size_t e = 0; e < job->tissues.exception_count; e++) {
+        if (job->tissues.exceptions[e].plane == plane && job->tissues.exceptions[e].span == span)
+            SC_PASS(sc_write_item(ctx, &comma, job->tissues.exceptions[e].pattern, text));
     }
     return sc_text_add(ctx, text, "]");
 }
@@ -248,17 +248,17 @@ static sc_status read_exceptions(const sc_ctx *ctx, const sc_yaml *list, int pla
     static const sc_value_type type = {.expected = "the name of a tissue, or key frames alone"};
     sc_status status = SC_OK;
 
-    SC_PASS(
-        SC_RESIZE(ctx, job->exception_count, job->exception_count + list->count, &job->exceptions));
+    SC_PASS(SC_RESIZE(ctx, job->tissues.exception_count, job->tissues.exception_count + list->count,
+                      &job->tissues.exceptions));
     for (size_t i = 0; i < list->count; i++) {
         const sc_yaml item = sc_yaml_item(list, i);
-        sc_clip_exception *to = &job->exceptions[job->exception_count];
+        sc_clip_exception *to = &job->tissues.exceptions[job->tissues.exception_count];
         const sc_status found =
             sc_read_tissue(ctx, &(sc_key){.type = &type}, &item, to->pattern, to->where);
 
         to->plane = plane;
         to->span = span;
-        job->exception_count += found == SC_OK;
+        job->tissues.exception_count += found == SC_OK;
         if (!sc_goes_on(&status, found))
             break;
     }
@@ -356,7 +356,7 @@ static sc_status read_entry(const sc_ctx *ctx, const sc_key *keys, const sc_yaml
     status = read_planes(ctx, keys, entry, &read, job);
     last = job->animation.sweep_count - 1;
     for (int i = first; i <= last; i++)
-        sc_note_where(entry, job->clip_where[i], sizeof job->clip_where[i]);
+        sc_note_where(entry, job->lines.clip[i], sizeof job->lines.clip[i]);
     plane = last < first ? 0 : first;
     do {
         if (read.except && !sc_goes_on(&status, read_except(ctx, read.except, plane, job)))

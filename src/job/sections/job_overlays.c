@@ -120,10 +120,10 @@ static sc_status read_overlay_tissues(const sc_ctx *ctx, const sc_key *key, cons
         return sc_wrong_type(ctx, node, key->type->expected);
     if (!strcmp(word, "none"))
         return may_be_none ? SC_OK : sc_wrong_type(ctx, node, key->type->expected);
-    SC_PASS(sc_read_tissues(ctx, key, node, use_of(key), &job->overlay_tissues,
-                            &job->overlay_tissue_count));
+    SC_PASS(sc_read_tissues(ctx, key, node, use_of(key), &job->overlay_lists.tissues,
+                            &job->overlay_lists.tissue_count));
     if (!strcmp(word, "all"))
-        strcpy(job->overlay_tissues[job->overlay_tissue_count - 1].pattern, "*");
+        strcpy(job->overlay_lists.tissues[job->overlay_lists.tissue_count - 1].pattern, "*");
     return SC_OK;
 }
 
@@ -132,8 +132,8 @@ static sc_status write_overlay_tissues(const sc_ctx *ctx, const sc_key *key, con
 {
     const sc_job *job = value;
 
-    return sc_write_tissues(ctx, job->overlay_tissues, job->overlay_tissue_count, use_of(key),
-                            text);
+    return sc_write_tissues(ctx, job->overlay_lists.tissues, job->overlay_lists.tissue_count,
+                            use_of(key), text);
 }
 
 static json_t *overlay_tissues_schema(const sc_key *key)
@@ -193,8 +193,8 @@ static sc_status read_legend(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     sc_job *job = value;
     sc_yaml tissues;
 
-    job->has_legend_tissues = node->kind == SC_YAML_MAP;
-    if (!job->has_legend_tissues)
+    job->given.legend_tissues = node->kind == SC_YAML_MAP;
+    if (!job->given.legend_tissues)
         return sc_type_choice.read(ctx, key, node, &job->overlays.legend);
     SC_PASS(read_place(ctx, key, node, &tissues, &job->overlays.legend));
     return read_overlay_tissues(ctx, key, &tissues, value);
@@ -205,7 +205,7 @@ static sc_status write_legend(const sc_ctx *ctx, const sc_key *key, const void *
 {
     const sc_job *job = value;
 
-    if (!job->has_legend_tissues)
+    if (!job->given.legend_tissues)
         return sc_type_choice.write(ctx, key, &job->overlays.legend, text);
     SC_PASS(sc_text_add(ctx, text, "{%s: ", place_word(job->overlays.legend)));
     SC_PASS(write_overlay_tissues(ctx, key, value, text));
@@ -296,15 +296,16 @@ static sc_status add_captions(const sc_ctx *ctx, const caption_track *track, int
 {
     const size_t count = (size_t)track->count;
 
-    SC_PASS(SC_RESIZE(ctx, job->caption_count, job->caption_count + count, &job->captions));
+    SC_PASS(SC_RESIZE(ctx, job->overlay_lists.caption_count,
+                      job->overlay_lists.caption_count + count, &job->overlay_lists.captions));
     for (size_t i = 0; i < count; i++) {
-        sc_caption *caption = &job->captions[job->caption_count];
+        sc_caption *caption = &job->overlay_lists.captions[job->overlay_lists.caption_count];
 
         *caption = track->captions[i];
         caption->place = place;
         caption->begin = i ? track->frames[i].at : 0;
         caption->end = i + 1 < count ? track->frames[i + 1].at : SC_CAPTION_STAYS;
-        job->caption_count += caption->text[0] != 0;
+        job->overlay_lists.caption_count += caption->text[0] != 0;
     }
     return SC_OK;
 }
@@ -363,8 +364,8 @@ static sc_status write_at_place(const sc_ctx *ctx, const sc_job *job, int place,
     double end = 0;
 
     SC_PASS(sc_text_add(ctx, text, "%s%s: ", comma, place_word(place)));
-    for (size_t i = 0; i < job->caption_count; i++) {
-        const sc_caption *caption = &job->captions[i];
+    for (size_t i = 0; i < job->overlay_lists.caption_count; i++) {
+        const sc_caption *caption = &job->overlay_lists.captions[i];
 
         if (caption->place != place)
             continue;
@@ -389,12 +390,13 @@ static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void
     const sc_job *job = value;
     const char *comma = "{";
 
-    if (!job->caption_count)
+    if (!job->overlay_lists.caption_count)
         return sc_text_add(ctx, text, "none");
-    for (size_t i = 0; i < job->caption_count; i++) { /* those of a place stand together */
-        if (i && job->captions[i].place == job->captions[i - 1].place)
+    for (size_t i = 0; i < job->overlay_lists.caption_count;
+         i++) { /* those of a place stand together */
+        if (i && job->overlay_lists.captions[i].place == job->overlay_lists.captions[i - 1].place)
             continue;
-        SC_PASS(write_at_place(ctx, job, job->captions[i].place, comma, text));
+        SC_PASS(write_at_place(ctx, job, job->overlay_lists.captions[i].place, comma, text));
         comma = ", ";
     }
     return sc_text_add(ctx, text, "}");
@@ -432,12 +434,13 @@ sc_status sc_captions_check(const sc_ctx *ctx, const sc_job *job)
 {
     sc_status status = SC_OK;
 
-    for (size_t i = 0; i < job->caption_count; i++) {
-        if (!is_ever_shown(&job->captions[i], job->animation.frames))
-            (void)sc_goes_on(&status, sc_fail(ctx, SC_ERR_DATA,
-                                              "%s: this caption is shown in no frame: its time "
-                                              "falls between two of the %d frames; make it longer",
-                                              job->captions[i].where, job->animation.frames));
+    for (size_t i = 0; i < job->overlay_lists.caption_count; i++) {
+        if (!is_ever_shown(&job->overlay_lists.captions[i], job->animation.frames))
+            (void)sc_goes_on(&status,
+                             sc_fail(ctx, SC_ERR_DATA,
+                                     "%s: this caption is shown in no frame: its time "
+                                     "falls between two of the %d frames; make it longer",
+                                     job->overlay_lists.captions[i].where, job->animation.frames));
     }
     return status;
 }
@@ -460,7 +463,7 @@ const sc_key sc_overlays_keys[] = {
      .help = "text that is shown, below, or key frames of texts: {0s: The heart, 4s: none}; or "
              "{top: text or key frames, ...}, for each corner or middle of an edge; \\n in double "
              "quotes begins a new line, and lines that are too long are broken",
-     .without = "none", .given = SC_GIVEN(sc_job, has_captions)},
+     .without = "none", .given = SC_GIVEN(sc_job, given.captions)},
     {"time", &sc_type_choice, OVERLAYS(time), "none",
      .help = "where the time code stands: minutes, seconds and hundredths", .choices = places},
     {"scale_bar", &sc_type_choice, OVERLAYS(scale_bar), "none",
@@ -482,14 +485,14 @@ const sc_key sc_overlays_keys[] = {
     {"names", &type_named_tissues, 0, NULL,
      .help = "tissues whose names stand beside the picture in space, with lines that lead to them: "
              "none, all, or a list of names, globs or label numbers",
-     .without = "none", .given = SC_GIVEN(sc_job, has_names)},
+     .without = "none", .given = SC_GIVEN(sc_job, given.names)},
     {"names_size", &sc_type_real, OVERLAYS(names_percent), "2.4",
      .help = "size of the font of these names, in percent of the height of the picture", .low = 1,
      .high = 20, .unit = "percent"},
     {"logo", &type_logo, 0, NULL,
      .help = "a picture in a corner: a PNG file, at the upper right, or {bottom-left: logo.png}",
      .bytes = SC_PATH_BYTES, .without = "none", .outside_identity = true,
-     .given = SC_GIVEN(sc_job, has_logo)},
+     .given = SC_GIVEN(sc_job, given.logo)},
     {"logo_size", &sc_type_real, OVERLAYS(logo_percent), "10",
      .help = "height of the logo, in percent of that of the picture; it is never enlarged",
      .low = 1, .high = 100, .unit = "percent"},

@@ -179,10 +179,10 @@ static sc_status read_shots(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
         return sc_yaml_fail(
             ctx, node, "shots has %zu items, expected 1 to %d; without shots, the key is left out",
             node->count, SC_SHOTS_MAX);
-    SC_PASS(SC_ZALLOC(ctx, node->count, &job->shots));
-    job->shot_count = node->count;
+    SC_PASS(SC_ZALLOC(ctx, node->count, &job->film.shots));
+    job->film.shot_count = node->count;
     for (size_t i = 0; i < node->count; i++) {
-        if (!sc_goes_on(&status, read_shot(ctx, key->keys, node->items[i], &job->shots[i])))
+        if (!sc_goes_on(&status, read_shot(ctx, key->keys, node->items[i], &job->film.shots[i])))
             break;
     }
     return status;
@@ -197,11 +197,11 @@ static sc_status write_shots(const sc_ctx *ctx, const sc_key *key, const void *v
     const sc_job *job = value;
 
     SC_PASS(sc_text_add(ctx, text, "\n"));
-    for (size_t i = 0; i < job->shot_count; i++) {
+    for (size_t i = 0; i < job->film.shot_count; i++) {
         const size_t at = text->length_bytes;
 
-        SC_PASS(
-            sc_keys_write(ctx, key->keys, &job->shots[i], indent + 4, parts | SC_WRITE_SHOT, text));
+        SC_PASS(sc_keys_write(ctx, key->keys, &job->film.shots[i], indent + 4,
+                              parts | SC_WRITE_SHOT, text));
         text->data[at + (size_t)indent + 2] = '-'; /* in the blanks before its first key */
     }
     return SC_OK;

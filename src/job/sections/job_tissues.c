@@ -151,14 +151,14 @@ static int *number_at(rule_entry *entry, size_t i)
 static sc_status keep_tracks(const sc_ctx *ctx, rule_entry *entry, sc_job *job)
 {
     for (size_t i = 0; i < SC_COUNT_OF(tracks); i++) {
-        const size_t count = job->tissue_track_count;
+        const size_t count = job->tissues.track_count;
 
         if (!track_at(entry, i)->count)
             continue;
         if (!(count & (count - 1)))
-            SC_PASS(SC_RESIZE(ctx, count, count ? 2 * count : 1, &job->tissue_tracks));
-        job->tissue_tracks[job->tissue_track_count++] = *track_at(entry, i);
-        *number_at(entry, i) = (int)job->tissue_track_count;
+            SC_PASS(SC_RESIZE(ctx, count, count ? 2 * count : 1, &job->tissues.tracks));
+        job->tissues.tracks[job->tissues.track_count++] = *track_at(entry, i);
+        *number_at(entry, i) = (int)job->tissues.track_count;
     }
     return SC_OK;
 }
@@ -200,13 +200,13 @@ static sc_status read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yam
 
     if (node->kind != SC_YAML_MAP)
         return sc_wrong_type(ctx, node, key->type->expected);
-    SC_PASS(SC_ZALLOC(ctx, node->count, &job->rules));
+    SC_PASS(SC_ZALLOC(ctx, node->count, &job->tissues.rules));
     for (size_t i = 0; i < node->count; i++) {
-        if (!sc_goes_on(&status,
-                        read_rule(ctx, key, node->items[i], job, &job->rules[job->rule_count])))
+        if (!sc_goes_on(&status, read_rule(ctx, key, node->items[i], job,
+                                           &job->tissues.rules[job->tissues.rule_count])))
             break;
-        if (job->rules[job->rule_count].pattern[0])
-            job->rule_count++;
+        if (job->tissues.rules[job->tissues.rule_count].pattern[0])
+            job->tissues.rule_count++;
     }
     return status;
 }
@@ -219,15 +219,16 @@ static sc_status write_tissues(const sc_ctx *ctx, const sc_key *key, const void 
     const sc_job *job = value;
     rule_entry entry;
 
-    SC_PASS(sc_text_add(ctx, text, job->rule_count > job->film_rules ? " " : " {}"));
-    for (size_t i = job->film_rules; i < job->rule_count; i++) {
+    SC_PASS(
+        sc_text_add(ctx, text, job->tissues.rule_count > job->tissues.film_rules ? " " : " {}"));
+    for (size_t i = job->tissues.film_rules; i < job->tissues.rule_count; i++) {
         SC_PASS(sc_text_add(ctx, text, "\n%*s", indent + 2, ""));
-        SC_PASS(sc_write_quoted(ctx, job->rules[i].pattern, text));
+        SC_PASS(sc_write_quoted(ctx, job->tissues.rules[i].pattern, text));
         SC_PASS(sc_text_add(ctx, text, ": "));
-        entry = (rule_entry){.rule = job->rules[i]};
+        entry = (rule_entry){.rule = job->tissues.rules[i]};
         for (size_t t = 0; t < SC_COUNT_OF(tracks); t++) {
             if (*number_at(&entry, t))
-                *track_at(&entry, t) = job->tissue_tracks[*number_at(&entry, t) - 1];
+                *track_at(&entry, t) = job->tissues.tracks[*number_at(&entry, t) - 1];
         }
         SC_PASS(sc_keys_write_flow(ctx, key->keys, &entry, text));
     }

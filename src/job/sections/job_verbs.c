@@ -26,8 +26,8 @@ static sc_status read_verb_tissues(const sc_ctx *ctx, const sc_key *key, const s
 
     if (node->kind == SC_YAML_MAP || !sc_yaml_length(node))
         return sc_wrong_type(ctx, node, key->type->expected);
-    return sc_read_tissues(ctx, key, node, entry->index, &entry->job->verb_tissues,
-                           &entry->job->verb_tissue_count);
+    return sc_read_tissues(ctx, key, node, entry->index, &entry->job->verbs.tissues,
+                           &entry->job->verbs.tissue_count);
 }
 
 static sc_status write_verb_tissues(const sc_ctx *ctx, const sc_key *key, const void *value,
@@ -35,7 +35,7 @@ static sc_status write_verb_tissues(const sc_ctx *ctx, const sc_key *key, const 
 {
     const verb_entry *entry = value;
 
-    return sc_write_tissues(ctx, entry->job->verb_tissues, entry->job->verb_tissue_count,
+    return sc_write_tissues(ctx, entry->job->verbs.tissues, entry->job->verbs.tissue_count,
                             entry->index, text);
 }
 
@@ -354,7 +354,7 @@ static sc_status find_kind(const sc_ctx *ctx, const sc_key *keys, const sc_yaml 
 /* Read one entry of the list into the next verb of the job, for which there is room. */
 static sc_status read_entry(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node, sc_job *job)
 {
-    verb_entry entry = {.job = job, .index = (int)job->verb_count};
+    verb_entry entry = {.job = job, .index = (int)job->verbs.count};
     const sc_yaml *named = NULL;
     kind_rows table;
     sc_status status;
@@ -365,7 +365,7 @@ static sc_status read_entry(const sc_ctx *ctx, const sc_key *keys, const sc_yaml
     sc_note_where(named, entry.verb.where, sizeof entry.verb.where);
     SC_TRY(sc_keys_read(ctx, table.rows, node, &entry));
 out:
-    job->verbs[job->verb_count++] = entry.verb;
+    job->verbs.list[job->verbs.count++] = entry.verb;
     return status;
 }
 
@@ -381,7 +381,7 @@ static sc_status read_verbs(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     if (node->count > SC_VERBS_MAX)
         return sc_yaml_fail(ctx, node, "there are %zu verbs, expected at most %d", node->count,
                             SC_VERBS_MAX);
-    SC_PASS(SC_ZALLOC(ctx, node->count, &job->verbs));
+    SC_PASS(SC_ZALLOC(ctx, node->count, &job->verbs.list));
     for (size_t i = 0; i < node->count; i++) {
         if (!sc_goes_on(&status, read_entry(ctx, key->keys, node->items[i], job)))
             break;
@@ -397,13 +397,14 @@ static sc_status write_verbs(const sc_ctx *ctx, const sc_key *key, const void *v
 {
     sc_job job = *(const sc_job *)value; /* borrows the arrays; they are only read */
 
-    SC_PASS(sc_text_add(ctx, text, job.verb_count ? " " : " []"));
-    for (size_t i = 0; i < job.verb_count; i++) {
-        const verb_entry entry = {.verb = job.verbs[i],
-                                  .job = &job,
-                                  .index = (int)i,
-                                  .chooses = job.verbs[i].has_tissues &&
-                                             (job.verbs[i].middles || job.verbs[i].through_count)};
+    SC_PASS(sc_text_add(ctx, text, job.verbs.count ? " " : " []"));
+    for (size_t i = 0; i < job.verbs.count; i++) {
+        const verb_entry entry = {
+            .verb = job.verbs.list[i],
+            .job = &job,
+            .index = (int)i,
+            .chooses = job.verbs.list[i].has_tissues &&
+                       (job.verbs.list[i].middles || job.verbs.list[i].through_count)};
         const kind_rows table = rows_of(entry.verb.kind);
 
         SC_PASS(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));

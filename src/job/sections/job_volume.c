@@ -102,22 +102,22 @@ static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
         node->kind == SC_YAML_LIST && node->count ? node->items[node->count - 1] : node;
     sc_yaml box = *node;
 
-    job->box = (sc_box){.visible = last->kind == SC_YAML_SCALAR};
-    if (job->box.visible && !read_visible(last->text, &job->box.margin_mm))
+    job->volume.box = (sc_box){.visible = last->kind == SC_YAML_SCALAR};
+    if (job->volume.box.visible && !read_visible(last->text, &job->volume.box.margin_mm))
         return sc_wrong_type(ctx, node, key->type->expected);
-    if (last == node && job->box.visible)
+    if (last == node && job->volume.box.visible)
         return SC_OK;
-    box.count -= job->box.visible;
+    box.count -= job->volume.box.visible;
     if (box.kind != SC_YAML_LIST || (box.count != 2 && box.count != 3))
         return sc_wrong_type(ctx, node, key->type->expected);
-    job->box.kind = box.count == 2 ? SC_READ_MM : SC_READ_VOXELS;
-    return box.count == 2 ? read_corners(ctx, &mm_key, &box, job->box.corners)
-                          : read_voxels(ctx, key, &box, job->box.voxels);
+    job->volume.box.kind = box.count == 2 ? SC_READ_MM : SC_READ_VOXELS;
+    return box.count == 2 ? read_corners(ctx, &mm_key, &box, job->volume.box.corners)
+                          : read_voxels(ctx, key, &box, job->volume.box.voxels);
 }
 
 static sc_status write_box(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
-    const sc_box *box = &((const sc_job *)value)->box;
+    const sc_box *box = &((const sc_job *)value)->volume.box;
     const sc_vec3 *a = &box->corners[0], *b = &box->corners[1];
     const int(*v)[2] = box->voxels;
 
@@ -164,8 +164,8 @@ static sc_status read_resample(const sc_ctx *ctx, const sc_key *key, const sc_ya
     sc_job *job = value;
     double spacing_mm[3];
 
-    job->has_volume_size = is_one && sc_parse_voxels(node->text, job->volume_size);
-    if (job->has_volume_size)
+    job->given.volume_size = is_one && sc_parse_voxels(node->text, job->volume.size);
+    if (job->given.volume_size)
         return SC_OK;
     if (!is_one && (node->kind != SC_YAML_LIST || node->count != 3))
         return sc_wrong_type(ctx, node, key->type->expected);
@@ -176,7 +176,7 @@ static sc_status read_resample(const sc_ctx *ctx, const sc_key *key, const sc_ya
             *unit == '%' || !(spacing_mm[i] >= key->low && spacing_mm[i] <= key->high))
             return sc_wrong_type(ctx, node, key->type->expected);
     }
-    memcpy(job->volume_resample_mm, spacing_mm, sizeof spacing_mm);
+    memcpy(job->volume.resample_mm, spacing_mm, sizeof spacing_mm);
     return SC_OK;
 }
 
@@ -184,10 +184,10 @@ static sc_status write_resample(const sc_ctx *ctx, const sc_key *key, const void
                                 sc_text *text)
 {
     const sc_job *job = value;
-    const double *mm = job->volume_resample_mm;
-    const int *size = job->volume_size;
+    const double *mm = job->volume.resample_mm;
+    const int *size = job->volume.size;
 
-    if (job->has_volume_size)
+    if (job->given.volume_size)
         return sc_text_add(ctx, text, "%dx%dx%d", size[0], size[1], size[2]);
     if (mm[0] == mm[1] && mm[1] == mm[2])
         return sc_text_add(ctx, text, "%.17g mm", mm[0]);
@@ -216,7 +216,7 @@ static sc_status read_path(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     if (node->kind == SC_YAML_MAP)
         return sc_wrong_type(ctx, node, key->type->expected);
     if (node->kind != SC_YAML_LIST)
-        return sc_type_text.read(ctx, key, node, job->volume);
+        return sc_type_text.read(ctx, key, node, job->volume.path);
     SC_PASS(sc_series_alloc(ctx, node, node->count, job));
     for (size_t i = 0; i < node->count; i++) {
         const sc_yaml named = sc_yaml_item(node, i);
@@ -224,9 +224,10 @@ static sc_status read_path(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
         if (named.kind != SC_YAML_SCALAR || !named.text[0])
             (void)sc_goes_on(&status, sc_wrong_type(ctx, &named, "the path of a volume"));
         else
-            (void)sc_goes_on(&status, sc_type_text.read(ctx, key, &named, job->phases[i].path));
+            (void)sc_goes_on(&status,
+                             sc_type_text.read(ctx, key, &named, job->volume.phases[i].path));
     }
-    snprintf(job->volume, sizeof job->volume, "%s", job->phases[0].path);
+    snprintf(job->volume.path, sizeof job->volume.path, "%s", job->volume.phases[0].path);
     return status;
 }
 
@@ -234,12 +235,12 @@ static sc_status write_path(const sc_ctx *ctx, const sc_key *key, const void *va
 {
     const sc_job *job = value;
 
-    if (!job->phase_count || job->phases[0].phase) /* one file */
-        return sc_type_text.write(ctx, key, job->volume, text);
+    if (!job->volume.phase_count || job->volume.phases[0].phase) /* one file */
+        return sc_type_text.write(ctx, key, job->volume.path, text);
     SC_PASS(sc_text_add(ctx, text, "["));
-    for (size_t i = 0; i < job->phase_count; i++) {
+    for (size_t i = 0; i < job->volume.phase_count; i++) {
         SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : ""));
-        SC_PASS(sc_write_quoted(ctx, job->phases[i].path, text));
+        SC_PASS(sc_write_quoted(ctx, job->volume.phases[i].path, text));
     }
     return sc_text_add(ctx, text, "]");
 }
@@ -261,29 +262,29 @@ const sc_key sc_volume_keys[] = {
              "of slices (PNG, TIFF), phantom, or for example phantom:128x96x128; for cine a list "
              "of them, a pattern such as heart_*.nrrd, or a file with all phases (4-D)",
      .bytes = SC_PATH_BYTES, .required = true},
-    {"header", &sc_type_text, offsetof(sc_job, volume_header), NULL,
+    {"header", &sc_type_text, offsetof(sc_job, volume.header), NULL,
      .help = "what the file does not say, or says wrongly: the spacing of its voxels with a unit "
              "(mm), and where x, y and z lead, such as \"0.5x0.5x2 um LPS\"; of a file without a "
              "header first type and size, and as far as needed big for numbers with the highest "
              "byte first, and skip N for N bytes before them: \"uint16 512x512x300 0.5x0.5x1 mm "
              "LPS big skip 1024\"; such a file may be packed by gzip",
-     .bytes = sizeof(((sc_job *)0)->volume_header), .given = SC_GIVEN(sc_job, has_header),
+     .bytes = sizeof(((sc_job *)0)->volume.header), .given = SC_GIVEN(sc_job, given.header),
      .without = "what the file says",
      .option = &(const sc_key_option){"header", "LINE", LABEL_COMMANDS}},
-    {"level", &sc_type_int, offsetof(sc_job, volume_level), NULL,
+    {"level", &sc_type_int, offsetof(sc_job, volume.level), NULL,
      .help = "of an image of OME-Zarr, N5 or Neuroglancer: which of its resolutions is read, 0 the "
              "finest",
-     .low = 0, .high = 63, .given = SC_GIVEN(sc_job, has_level), .without = "the finest"},
-    {"phase", &type_phase, offsetof(sc_job, volume_phase), NULL,
+     .low = 0, .high = 63, .given = SC_GIVEN(sc_job, given.level), .without = "the finest"},
+    {"phase", &type_phase, offsetof(sc_job, volume.phase), NULL,
      .help =
          "of a file that holds several volumes, one for each time (4-D NIfTI or NRRD, a Zarr store "
          "with an axis t): which is read, counted from 0; with cine all are shown instead",
-     .low = 0, .high = 2147483646, .given = SC_GIVEN(sc_job, has_phase),
+     .low = 0, .high = 2147483646, .given = SC_GIVEN(sc_job, given.phase),
      .without = "the file holds one"},
-    {"threshold", &sc_type_share, offsetof(sc_job, volume_threshold), NULL,
+    {"threshold", &sc_type_share, offsetof(sc_job, volume.threshold), NULL,
      .help = "of a directory of soft masks, which hold probabilities or degrees: a voxel belongs "
              "to a tissue from this share of the largest value of its file on",
-     .low = 0.001, .high = 1, .given = SC_GIVEN(sc_job, has_threshold),
+     .low = 0.001, .high = 1, .given = SC_GIVEN(sc_job, given.threshold),
      .without = "masks hold one value beside 0"},
     {"box", &type_box, 0, NULL,
      .help =
@@ -292,22 +293,22 @@ const sc_key sc_volume_keys[] = {
          "its voxels lie. Of Zarr, N5, Neuroglancer and HDF5 only the chunks in it are read. "
          "visible + 5 mm: the part that is drawn, the voxels around the tissues that are shown, "
          "with a margin; less memory, and less time to prepare; also as the last item of a box",
-     .low = 0, .high = 2147483647, .given = SC_GIVEN(sc_job, has_box), .without = "all of it"},
+     .low = 0, .high = 2147483647, .given = SC_GIVEN(sc_job, given.box), .without = "all of it"},
     {"merge", &sc_type_merged_tissues, 0, NULL,
      .help =
          "tissues that become one: as if they had been drawn with one label. The name is that of "
          "the map, the number the least of theirs, the colour that of the first that has one",
-     .given = SC_GIVEN(sc_job, has_merge), .without = "every tissue is by itself"},
+     .given = SC_GIVEN(sc_job, given.merge), .without = "every tissue is by itself"},
     {"keep", &sc_type_kept_tissues, 0, NULL,
      .help = "tissues that are kept, merged ones under their new name; all others are left out, as "
              "if they had never been drawn",
-     .given = SC_GIVEN(sc_job, has_keep), .without = "all"},
+     .given = SC_GIVEN(sc_job, given.keep), .without = "all"},
     {"resample", &type_resample, 0, NULL,
      .help = "voxels of this spacing instead, finer or coarser, each with the label that has the "
              "largest vote around it, so that borders stay smooth; one for all axes of the volume "
              "or three. Or so many voxels, such as 128x96x128, each with the label nearest to its "
              "centre, and drawn as these are: for studies of how cost grows with the volume",
-     .low = 1e-6, .high = 1e3, .unit = "mm", .given = SC_GIVEN(sc_job, has_resample),
+     .low = 1e-6, .high = 1e3, .unit = "mm", .given = SC_GIVEN(sc_job, given.resample),
      .without = "the voxels of the file"},
     {0}};
 
@@ -317,7 +318,7 @@ static sc_status read_volume(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     if (node->kind == SC_YAML_MAP) {
         const sc_yaml *path = sc_yaml_member(node, "path");
 
-        ((sc_job *)value)->volume_replaced = node->line && path && !path->line;
+        ((sc_job *)value)->volume.is_replaced = node->line && path && !path->line;
         return sc_keys_read(ctx, key->keys, node, value);
     }
     return read_path(ctx, &key->keys[0], node, value);
@@ -329,8 +330,8 @@ static sc_status write_volume(const sc_ctx *ctx, const sc_key *key, const void *
 {
     const sc_job *job = value;
 
-    if (!job->volume_tissue_count && !job->has_level && !job->has_phase && !job->has_resample &&
-        !job->has_box && !job->has_header && !job->has_threshold)
+    if (!job->volume.tissue_count && !job->given.level && !job->given.phase &&
+        !job->given.resample && !job->given.box && !job->given.header && !job->given.threshold)
         return write_path(ctx, &key->keys[0], job, text);
     return sc_keys_write_flow(ctx, key->keys, value, text);
 }

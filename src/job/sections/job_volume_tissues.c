@@ -6,8 +6,8 @@
 /* Make room for @p more tissues. */
 static sc_status grow(const sc_ctx *ctx, sc_job *job, size_t more)
 {
-    return SC_RESIZE(ctx, job->volume_tissue_count, job->volume_tissue_count + more,
-                     &job->volume_tissues);
+    return SC_RESIZE(ctx, job->volume.tissue_count, job->volume.tissue_count + more,
+                     &job->volume.tissues);
 }
 
 /* Read a tissue or a list of some to place *at and behind it, for which there is room. @param into
@@ -22,7 +22,7 @@ static sc_status read_list(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
         return sc_wrong_type(ctx, node, key->type->expected);
     for (size_t i = 0; i < count; i++) {
         const sc_yaml item = sc_yaml_item(node, i);
-        sc_volume_tissue *to = &job->volume_tissues[*at];
+        sc_volume_tissue *to = &job->volume.tissues[*at];
         const sc_status found = sc_read_tissue(ctx, key, &item, to->pattern, to->where);
 
         strcpy(to->into, into);
@@ -37,10 +37,10 @@ static sc_status read_list(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
  * of the first that does not. */
 static sc_status write_list(const sc_ctx *ctx, const sc_job *job, size_t *i, sc_text *text)
 {
-    const sc_volume_tissue *all = job->volume_tissues, *first = &all[*i];
+    const sc_volume_tissue *all = job->volume.tissues, *first = &all[*i];
     const char *comma = "[";
 
-    for (; *i < job->volume_tissue_count && !strcmp(all[*i].into, first->into); ++*i)
+    for (; *i < job->volume.tissue_count && !strcmp(all[*i].into, first->into); ++*i)
         SC_PASS(sc_write_item(ctx, &comma, all[*i].pattern, text));
     return sc_text_add(ctx, text, "]");
 }
@@ -51,7 +51,7 @@ static sc_status read_keep(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     sc_job *job = value;
 
     SC_PASS(grow(ctx, job, sc_yaml_length(node)));
-    return read_list(ctx, key, node, "", job, &job->volume_tissue_count);
+    return read_list(ctx, key, node, "", job, &job->volume.tissue_count);
 }
 
 /* @return the index of the first tissue that is kept. */
@@ -59,7 +59,7 @@ static size_t first_kept(const sc_job *job)
 {
     size_t i = 0;
 
-    while (i < job->volume_tissue_count && job->volume_tissues[i].into[0])
+    while (i < job->volume.tissue_count && job->volume.tissues[i].into[0])
         i++;
     return i;
 }
@@ -111,7 +111,7 @@ static sc_status read_merged(const sc_ctx *ctx, const sc_key *key, const sc_yaml
 static sc_status read_merge(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_job *job = value;
-    const size_t begin = first_kept(job), kept = job->volume_tissue_count - begin;
+    const size_t begin = first_kept(job), kept = job->volume.tissue_count - begin;
     size_t at = begin, most = 0;
     sc_volume_tissue *behind;
     sc_status status = SC_OK;
@@ -121,11 +121,11 @@ static sc_status read_merge(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     for (size_t i = 0; i < node->count; i++)
         most += sc_yaml_length(node->items[i]);
     SC_PASS(grow(ctx, job, most));
-    behind = job->volume_tissues + begin + most;
-    memmove(behind, job->volume_tissues + begin, kept * sizeof *behind);
+    behind = job->volume.tissues + begin + most;
+    memmove(behind, job->volume.tissues + begin, kept * sizeof *behind);
     status = read_merged(ctx, key, node, job, &at);
-    memmove(job->volume_tissues + at, behind, kept * sizeof *behind);
-    job->volume_tissue_count = at + kept;
+    memmove(job->volume.tissues + at, behind, kept * sizeof *behind);
+    job->volume.tissue_count = at + kept;
     return status;
 }
 
@@ -136,7 +136,7 @@ static sc_status write_merge(const sc_ctx *ctx, const sc_key *key, const void *v
     const char *comma = "{";
 
     for (size_t i = 0; i < end;) {
-        SC_PASS(sc_write_item(ctx, &comma, job->volume_tissues[i].into, text));
+        SC_PASS(sc_write_item(ctx, &comma, job->volume.tissues[i].into, text));
         SC_PASS(sc_text_add(ctx, text, ": "));
         SC_PASS(write_list(ctx, job, &i, text));
     }
@@ -160,11 +160,12 @@ static const char *const overlap_words[] = {"smaller", "order"}; /* as sc_overla
  * is one, and there is room. */
 static bool add_overlap_name(sc_job *job, const char *name, size_t length, size_t *used)
 {
-    if (!length || memchr(name, '\n', length) || *used + length + 2 > sizeof job->overlap_names)
+    if (!length || memchr(name, '\n', length) ||
+        *used + length + 2 > sizeof job->volume.overlap_names)
         return false;
-    memcpy(job->overlap_names + *used, name, length);
+    memcpy(job->volume.overlap_names + *used, name, length);
     *used += length;
-    memcpy(job->overlap_names + (*used)++, "\n", 2);
+    memcpy(job->volume.overlap_names + (*used)++, "\n", 2);
     return true;
 }
 
@@ -201,8 +202,8 @@ static sc_status read_overlap(const sc_ctx *ctx, const sc_key *key, const sc_yam
 
     for (int i = 0; i < 2 && node->kind == SC_YAML_SCALAR; i++) {
         if (!strcmp(node->text, overlap_words[i])) {
-            job->overlap = i;
-            job->overlap_names[0] = '\0';
+            job->volume.overlap = i;
+            job->volume.overlap_names[0] = '\0';
             return SC_OK;
         }
     }
@@ -217,7 +218,7 @@ static sc_status read_overlap(const sc_ctx *ctx, const sc_key *key, const sc_yam
         if (!add_overlap_name(job, named.text, strlen(named.text), &used))
             return sc_wrong_type(ctx, &named, "names of 1023 bytes together at most");
     }
-    job->overlap = SC_OVERLAP_NAMES;
+    job->volume.overlap = SC_OVERLAP_NAMES;
     return SC_OK;
 }
 
@@ -228,9 +229,9 @@ static sc_status write_overlap(const sc_ctx *ctx, const sc_key *key, const void 
     char name[SC_OVERLAP_NAMES_BYTES];
     const char *comma = "[";
 
-    if (job->overlap != SC_OVERLAP_NAMES)
-        return sc_text_add(ctx, text, "%s", overlap_words[job->overlap]);
-    for (const char *at = job->overlap_names; *at; at += strlen(name) + 1) {
+    if (job->volume.overlap != SC_OVERLAP_NAMES)
+        return sc_text_add(ctx, text, "%s", overlap_words[job->volume.overlap]);
+    for (const char *at = job->volume.overlap_names; *at; at += strlen(name) + 1) {
         snprintf(name, sizeof name, "%.*s", (int)strcspn(at, "\n"), at);
         SC_PASS(sc_write_item(ctx, &comma, name, text));
     }
