@@ -22,45 +22,86 @@ enum { SC_PICTURES_MAX = 1000 };
 /** How a moment of the film is given: not at all, in seconds, or as a share of the film. */
 typedef enum sc_moment { SC_MOMENT_NONE, SC_MOMENT_SECONDS, SC_MOMENT_SHARE } sc_moment;
 
-/** The command line as read. Pointers lead into argv, into static text, or into owned[]. */
+/** Which part of a film a command draws. */
+typedef struct sc_part_options {
+    const char *frames;  /**< --frames */
+    int slice, slices;   /**< --slice I/N; slices 0: not given */
+    double time_limit_s; /**< --time-limit; 0: none */
+} sc_part_options;
+
+/** What segcast still draws. */
+typedef struct sc_still_options {
+    long frame;            /**< --frame; -1: not given */
+    sc_moment moment;      /**< --time */
+    double moment_at;      /**< and where it is: in seconds, or a share from 0 to 1 */
+    int pictures;          /**< --sheet N; 0: not given */
+    bool slices;           /**< --sheet slices */
+    const sc_sheet *sheet; /**< --sheet views, looks; NULL: neither */
+} sc_still_options;
+
+/** What segcast convert makes. */
+typedef struct sc_convert_options {
+    const char *to;
+    const char *begin, *end; /**< of a centre line */
+    const char *tissue;      /**< of a centre line or mesh */
+    const char *simplify;    /**< of a mesh */
+    bool middles;            /**< of a centre line */
+    bool ct;                 /**< of the phantom: its synthetic CT image */
+    int beating;             /**< of the phantom: phases of its beat; 0: not given */
+} sc_convert_options;
+
+/** What segcast plan assumes. */
+typedef struct sc_plan_options {
+    int nodes, ranks; /**< 0: not given */
+    bool calibrate;
+} sc_plan_options;
+
+/** What segcast check does. */
+typedef struct sc_check_options {
+    bool fast, expand;
+} sc_check_options;
+
+/** What segcast help shows. */
+typedef struct sc_help_options {
+    bool help, version; /**< --help, --version of any command */
+    bool markdown;      /**< also of segcast report */
+    bool clear, schema, study, man, bash, zsh, fish;
+} sc_help_options;
+
+/** How segcast desk serves. */
+typedef struct sc_desk_options {
+    const char *listen;
+    int port, idle_min; /**< --port and --idle; 0: not given */
+} sc_desk_options;
+
+/** Keys of the job that the command line sets. */
+typedef struct sc_settings {
+    sc_setting all[SC_SETTINGS_MAX];
+    size_t count;
+    sc_setting defaults[8]; /**< of the command; the job file wins over them */
+    size_t default_count;
+} sc_settings;
+
+/** The command line as read. Pointers lead into argv, into static text, or into owned[]. NULL:
+ * not given. */
 typedef struct sc_options {
     const char *input;         /**< the argument: a job, volume, directory, command or key */
     const char *const *inputs; /**< all arguments, of a command that takes several: [input_count] */
     int input_count;
     const char *output;        /**< -o */
-    const char *frames;        /**< --frames */
-    int slice, slices;         /**< --slice I/N; slices 0: not given */
-    const char *to;            /**< --to of segcast convert */
-    const char *begin, *end;   /**< --begin and --end of a centre line */
-    const char *tissue;        /**< --tissue of a centre line or mesh */
-    const char *simplify;      /**< --simplify of a mesh */
-    bool ct;                   /**< --ct of the phantom: its synthetic CT image */
-    int beating;               /**< --beating of the phantom: phases of its beat; 0: not given */
-    long frame;                /**< --frame; -1: not given */
-    sc_moment moment;          /**< --time */
-    double moment_at;          /**< and where it is: in seconds, or a share from 0 to 1 */
-    int pictures;              /**< --sheet N of segcast still; 0: not given */
     int threads;               /**< --threads or SEGCAST_THREADS; 0: not given */
-    int nodes, ranks;          /**< --nodes, --ranks of segcast plan; 0: not given */
     uint64_t max_memory_bytes; /**< --max-memory or SEGCAST_MAX_MEMORY; 0: not given */
     bool json, quiet, resume, overwrite;
-    bool fast, expand;     /**< --fast, --expand of segcast check */
-    bool clear;            /**< --clear of segcast help */
-    bool middles;          /**< --middles of a centre line */
-    bool sheet_slices;     /**< --sheet slices of segcast still */
-    const sc_sheet *sheet; /**< --sheet views, looks; NULL: neither */
-    bool calibrate;        /**< --calibrate of segcast plan */
-    bool scan;             /**< the command reads all voxels, and tells all mistakes against them */
-    bool no_video;         /**< the command makes no video, whatever the job says */
-    bool help, version;
-    bool markdown, schema, study, man, bash, zsh, fish;
-    const char *listen;  /**< --listen of segcast desk; NULL: not given */
-    int port, idle_min;  /**< its --port and --idle; 0: not given */
-    double time_limit_s; /**< --time-limit; 0: none */
-    sc_setting settings[SC_SETTINGS_MAX];
-    size_t setting_count;
-    sc_setting defaults[8]; /**< of the command; the job file wins over them */
-    size_t default_count;
+    bool scan;     /**< the command reads all voxels, and tells all mistakes against them */
+    bool no_video; /**< the command makes no video, whatever the job says */
+    sc_part_options part;
+    sc_still_options still;
+    sc_convert_options convert;
+    sc_plan_options plan;
+    sc_check_options check;
+    sc_help_options help;
+    sc_desk_options desk;
+    sc_settings settings;
     char *owned[SC_SETTINGS_MAX]; /**< texts that sc_options_clear frees */
     size_t owned_count;
 } sc_options;

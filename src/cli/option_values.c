@@ -35,9 +35,9 @@ static sc_status copy(const sc_ctx *ctx, sc_options *options, const char *from, 
 /* Append a setting, whose texts stay borrowed. */
 static sc_status add_setting(const sc_ctx *ctx, sc_options *options, sc_setting setting)
 {
-    if (options->setting_count == SC_SETTINGS_MAX)
+    if (options->settings.count == SC_SETTINGS_MAX)
         return sc_fail(ctx, SC_ERR_USAGE, "more than %d settings", SC_SETTINGS_MAX);
-    options->settings[options->setting_count++] = setting;
+    options->settings.all[options->settings.count++] = setting;
     return SC_OK;
 }
 
@@ -63,10 +63,10 @@ sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char
 sc_status sc_options_default(const sc_ctx *ctx, sc_options *options, const char *key,
                              const char *value)
 {
-    if (options->default_count == SC_COUNT_OF(options->defaults))
+    if (options->settings.default_count == SC_COUNT_OF(options->settings.defaults))
         return sc_fail(ctx, SC_ERR_INTERNAL, "a command sets more than %zu defaults",
-                       SC_COUNT_OF(options->defaults));
-    options->defaults[options->default_count++] =
+                       SC_COUNT_OF(options->settings.defaults));
+    options->settings.defaults[options->settings.default_count++] =
         (sc_setting){.origin = key, .path = key, .value = value};
     return SC_OK;
 }
@@ -181,7 +181,7 @@ sc_status sc_store_max_memory(const sc_ctx *ctx, sc_options *options, const sc_o
 sc_status sc_store_frame(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                          const char *value)
 {
-    return read_number(ctx, "--frame", value, 0, 1000000, &options->frame);
+    return read_number(ctx, "--frame", value, 0, 1000000, &options->still.frame);
 }
 
 static const char *const views[] = {"anterior", "posterior", "left",   "right",   "superior",
@@ -218,7 +218,7 @@ static sc_status add_shot(const sc_ctx *ctx, const sc_sheet *sheet, const char *
 /* Let the job be a film of one shot for each picture of a sheet. */
 static sc_status set_shots(const sc_ctx *ctx, sc_options *options, const sc_option *option)
 {
-    const sc_sheet *sheet = options->sheet;
+    const sc_sheet *sheet = options->still.sheet;
     const char *value = NULL;
     SC_OWN(sc_text_clear) sc_text shots = {0};
 
@@ -230,7 +230,7 @@ static sc_status set_shots(const sc_ctx *ctx, sc_options *options, const sc_opti
     SC_PASS(own(ctx, options, &shots, &value));
     shots.data = NULL; /* the options have it */
     SC_PASS(sc_store_set(ctx, options, option, value));
-    options->settings[options->setting_count - 1].origin = "--sheet";
+    options->settings.all[options->settings.count - 1].origin = "--sheet";
     return SC_OK;
 }
 
@@ -240,21 +240,21 @@ sc_status sc_store_sheet(const sc_ctx *ctx, sc_options *options, const sc_option
     char *end;
     const long count = strtol(value, &end, 10);
 
-    options->sheet_slices = !strcmp(value, "slices");
-    options->sheet = NULL;
+    options->still.slices = !strcmp(value, "slices");
+    options->still.sheet = NULL;
     for (size_t i = 0; i < SC_COUNT_OF(sheets); i++)
-        options->sheet = strcmp(value, sheets[i].name) ? options->sheet : &sheets[i];
-    options->pictures = options->sheet ? options->sheet->count : 0;
-    if (options->sheet_slices)
+        options->still.sheet = strcmp(value, sheets[i].name) ? options->still.sheet : &sheets[i];
+    options->still.pictures = options->still.sheet ? options->still.sheet->count : 0;
+    if (options->still.slices)
         return SC_OK;
-    if (options->sheet)
+    if (options->still.sheet)
         return set_shots(ctx, options, option);
     if (end == value || *end || count < 1 || count > SC_PICTURES_MAX)
         return sc_fail(
             ctx, SC_ERR_USAGE,
             "--%s is \"%s\", expected a whole number from 1 to %d, views, looks or slices",
             option->name, value, SC_PICTURES_MAX);
-    options->pictures = (int)count;
+    options->still.pictures = (int)count;
     return SC_OK;
 }
 
@@ -360,8 +360,8 @@ sc_status sc_store_slice(const sc_ctx *ctx, sc_options *options, const sc_option
         return sc_fail(ctx, SC_ERR_USAGE,
                        "--%s is \"%s\", expected I/N with I from 0 to N - 1, for example 0/4",
                        option->name, value);
-    options->slice = slice;
-    options->slices = slices;
+    options->part.slice = slice;
+    options->part.slices = slices;
     return SC_OK;
 }
 
@@ -382,7 +382,7 @@ sc_status sc_store_time_limit(const sc_ctx *ctx, sc_options *options, const sc_o
                        "--%s is \"%s\", expected seconds, MM:SS or HH:MM:SS, with two digits up to "
                        "59 behind each colon",
                        option->name, value);
-    options->time_limit_s = seconds > 0 ? seconds : 1e-3;
+    options->part.time_limit_s = seconds > 0 ? seconds : 1e-3;
     return SC_OK;
 }
 
@@ -393,15 +393,15 @@ sc_status sc_store_moment(const sc_ctx *ctx, sc_options *options, const sc_optio
     const double percent = strtod(value, &end);
 
     if (end != value && !strcmp(end, "%") && percent >= 0 && percent <= 100) {
-        options->moment = SC_MOMENT_SHARE;
-        options->moment_at = percent / 100;
+        options->still.moment = SC_MOMENT_SHARE;
+        options->still.moment_at = percent / 100;
         return SC_OK;
     }
-    if (!read_seconds(value, &options->moment_at))
+    if (!read_seconds(value, &options->still.moment_at))
         return sc_fail(ctx, SC_ERR_USAGE,
                        "--%s is \"%s\", expected seconds, MM:SS, HH:MM:SS, or a share of the film "
                        "from 0%% to 100%%; behind each colon there are two digits, up to 59",
                        option->name, value);
-    options->moment = SC_MOMENT_SECONDS;
+    options->still.moment = SC_MOMENT_SECONDS;
     return SC_OK;
 }

@@ -147,7 +147,7 @@ static sc_status read_arguments(const sc_ctx *ctx, const sc_command *command, in
                                                       : 1;
 
     for (int i = optind; i < argc; i++) {
-        if (options->input_count == most || options->calibrate)
+        if (options->input_count == most || options->plan.calibrate)
             return sc_fail(ctx, SC_ERR_USAGE,
                            "unexpected argument \"%s\"; `segcast help %s` explains the command",
                            argv[i], command->name);
@@ -162,8 +162,8 @@ static sc_status read_arguments(const sc_ctx *ctx, const sc_command *command, in
         options->input_count++;
     }
     options->inputs = (const char *const *)(argv + optind);
-    if (command->argument[0] != '[' && !options->input && !options->help && !options->version &&
-        !options->calibrate)
+    if (command->argument[0] != '[' && !options->input && !options->help.help &&
+        !options->help.version && !options->plan.calibrate)
         return sc_fail(ctx, SC_ERR_USAGE, "segcast %s needs %s; `segcast help %s` explains it",
                        command->name, command->argument, command->name);
     return SC_OK;
@@ -226,7 +226,7 @@ sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int arg
 {
     const sc_ctx silent = {.rank = 0};
     sc_option_list list;
-    SC_OWN(sc_options_clear) sc_options options = {.frame = -1};
+    SC_OWN(sc_options_clear) sc_options options = {.still.frame = -1};
     bool is_unknown = false;
     sc_status status, found;
 

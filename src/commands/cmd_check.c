@@ -145,7 +145,7 @@ static sc_status check_volumes(sc_app *app, sc_session *session)
 {
     sc_status status;
 
-    SC_PASS(sc_inputs_inspect(app, &session->job, app->options.fast, &session->inputs));
+    SC_PASS(sc_inputs_inspect(app, &session->job, app->options.check.fast, &session->inputs));
     SC_PASS(sc_session_panels(app, session));
     status = check_panels(app, session);
     (void)sc_goes_on(&status, sc_session_check_grey(app, session));
@@ -201,15 +201,15 @@ sc_status sc_cmd_check(sc_app *app)
     SC_OWN(sc_label_report_clear) sc_label_report report = {0};
     sc_status status;
 
-    app->options.scan = !app->options.fast;
+    app->options.scan = !app->options.check.fast;
     SC_TRY(sc_session_job(app, app->options.input, &session));
     app->label_source = &source;
     SC_TRY(check_all(app, &session));
     volume = sc_session_view(&session);
     SC_TRY(sc_label_report_make(app->ctx, &source, volume,
-                                !app->options.fast && !job->volume.tissue_count, &report));
+                                !app->options.check.fast && !job->volume.tissue_count, &report));
     sc_display_end_stage(app);
-    if (app->options.expand) {
+    if (app->options.check.expand) {
         status = print_expanded(app, &session);
         goto out;
     }
@@ -218,7 +218,7 @@ sc_status sc_cmd_check(sc_app *app)
            job->animation.frames, job->output.size_px[0], job->output.size_px[1], volume->size[0],
            volume->size[1], volume->size[2], volume->label_count - 1,
            volume->label_count == 2 ? "" : "s",
-           app->options.fast ? " in its tables (the voxels were not read)" : "");
+           app->options.check.fast ? " in its tables (the voxels were not read)" : "");
     print_subjects(&session);
     print_phases(&session);
     SC_TRY(print_key_frames(app, job));

@@ -30,9 +30,9 @@ sc_status sc_cmd_desk(sc_app *app)
     const char *input = app->options.input;
     SC_OWN(sc_text_clear) sc_text text = {0}, path = {0};
     sc_desk_plan plan = {.is_new = !sc_input_may_be_job(input) || sc_job_is_phantom(input),
-                         .listen = app->options.listen,
-                         .port = app->options.port,
-                         .idle_min = app->options.idle_min};
+                         .listen = app->options.desk.listen,
+                         .port = app->options.desk.port,
+                         .idle_min = app->options.desk.idle_min};
     sc_status status = SC_OK;
 
     if (sc_comm_rank(app->comm) == 0)

@@ -6,12 +6,12 @@
 /* Print the keys of a job file, or those that begin with @p prefix. */
 static sc_status print_keys(const sc_ctx *ctx, const sc_options *o, const char *prefix)
 {
-    const sc_keys_format format = o->schema     ? SC_KEYS_SCHEMA
-                                  : o->study    ? SC_KEYS_STUDY
-                                  : o->markdown ? SC_KEYS_MARKDOWN
-                                  : o->man      ? SC_KEYS_MAN
-                                  : o->json     ? SC_KEYS_JSON
-                                                : SC_KEYS_TABLE;
+    const sc_keys_format format = o->help.schema     ? SC_KEYS_SCHEMA
+                                  : o->help.study    ? SC_KEYS_STUDY
+                                  : o->help.markdown ? SC_KEYS_MARKDOWN
+                                  : o->help.man      ? SC_KEYS_MAN
+                                  : o->json          ? SC_KEYS_JSON
+                                                     : SC_KEYS_TABLE;
     SC_OWN(sc_text_clear) sc_text text = {0};
 
     SC_PASS(sc_keys_describe(ctx, prefix, format, &text));
@@ -32,7 +32,8 @@ static sc_status print_kept(const sc_app *app)
              "directory.");
         return SC_OK;
     }
-    SC_PASS(sc_kept_trim(app->ctx, directory, app->options.clear ? 0 : UINT64_MAX, &files, &bytes));
+    SC_PASS(sc_kept_trim(app->ctx, directory, app->options.help.clear ? 0 : UINT64_MAX, &files,
+                         &bytes));
     printf("%s holds %d prepared volume%s of %.1f MB (SEGCAST_CACHE names another directory, or "
            "off; `segcast help cache --clear` removes them)\n",
            directory, files, files == 1 ? "" : "s", (double)bytes / 1e6);
@@ -45,11 +46,11 @@ sc_status sc_cmd_help(sc_app *app)
     const bool keys = o->input && !strcmp(o->input, "keys");
     const bool cache = o->input && !strcmp(o->input, "cache");
     const sc_command *command = o->input ? sc_command_find(app->commands, o->input) : NULL;
-    const char *shell = o->bash ? "bash" : o->zsh ? "zsh" : o->fish ? "fish" : NULL;
+    const char *shell = o->help.bash ? "bash" : o->help.zsh ? "zsh" : o->help.fish ? "fish" : NULL;
 
     if (cache && o->input_count == 1)
         return print_kept(app);
-    if (o->clear)
+    if (o->help.clear)
         return sc_fail(app->ctx, SC_ERR_USAGE, "--clear is for what is kept: segcast help cache");
     if (keys)
         return print_keys(app->ctx, o, o->input_count > 1 ? o->inputs[1] : NULL);
@@ -57,13 +58,13 @@ sc_status sc_cmd_help(sc_app *app)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "unexpected argument \"%s\"; `segcast help help` explains the command",
                        o->inputs[1]);
-    if (o->json || o->markdown || o->schema || o->study)
+    if (o->json || o->help.markdown || o->help.schema || o->help.study)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--json, --markdown, --schema and --study-schema are for the keys of a job "
                        "file: segcast help keys");
     if (shell)
         return sc_print_completion(app->ctx, app->commands, shell, stdout);
-    if (o->man)
+    if (o->help.man)
         return sc_print_manual(app->ctx, app->commands, stdout);
     if (o->input && !command)
         return sc_command_unknown(app->ctx, app->commands, o->input);

@@ -234,7 +234,7 @@ static sc_status print_tables(const sc_app *app)
 
 sc_status sc_cmd_report(sc_app *app)
 {
-    if (app->options.markdown)
+    if (app->options.help.markdown)
         return print_tables(app);
     return app->options.input_count > 1 ? report_several(app) : report_one(app);
 }

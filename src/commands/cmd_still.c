@@ -7,31 +7,31 @@
 /* Do the options ask for a sheet of several frames? */
 static bool draws_sheet(const sc_options *o)
 {
-    return o->pictures || o->frames;
+    return o->still.pictures || o->part.frames;
 }
 
 /* Do they name one frame? */
 static bool is_of_moment(const sc_options *o)
 {
-    return o->frame >= 0 || o->moment != SC_MOMENT_NONE;
+    return o->still.frame >= 0 || o->still.moment != SC_MOMENT_NONE;
 }
 
 /* Refuse two options that exclude each other. */
 static sc_status check_use(const sc_app *app)
 {
-    if (app->options.frame >= 0 && app->options.moment != SC_MOMENT_NONE)
+    if (app->options.still.frame >= 0 && app->options.still.moment != SC_MOMENT_NONE)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--frame and --time both say which frame to draw; give one of them");
     if (draws_sheet(&app->options) && is_of_moment(&app->options))
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--%s is for one picture, and --%s for a sheet of several; give one of them",
-                       app->options.frame >= 0 ? "frame" : "time",
-                       app->options.frames ? "frames" : "sheet");
-    if (app->options.sheet_slices && app->options.frames)
+                       app->options.still.frame >= 0 ? "frame" : "time",
+                       app->options.part.frames ? "frames" : "sheet");
+    if (app->options.still.slices && app->options.part.frames)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--sheet slices is one picture, and --frames names several; give --sheet N "
                        "or one --frame");
-    if (app->options.frames && app->options.pictures)
+    if (app->options.part.frames && app->options.still.pictures)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--frames and --sheet both say which frames to show; give one of them");
     return SC_OK;
@@ -44,21 +44,21 @@ static sc_status find_frame(const sc_app *app, const sc_job *job, int *out)
     const sc_options *o = &app->options;
     const int frames = job->animation.frames;
     const double length_s = (double)frames / job->output.fps;
-    double frame = o->frame > 0 ? (double)o->frame : 0;
+    double frame = o->still.frame > 0 ? (double)o->still.frame : 0;
 
-    if (o->frame >= frames)
+    if (o->still.frame >= frames)
         return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "--frame %ld is not within the animation's frames 0-%d", o->frame,
+                       "--frame %ld is not within the animation's frames 0-%d", o->still.frame,
                        frames - 1);
-    if (o->moment == SC_MOMENT_SECONDS && o->moment_at > length_s * (1 + 1e-9))
+    if (o->still.moment == SC_MOMENT_SECONDS && o->still.moment_at > length_s * (1 + 1e-9))
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--time is %.6g s, after the end of the film, which lasts %.6g s (frames "
                        "0-%d, %d per second)",
-                       o->moment_at, length_s, frames - 1, job->output.fps);
-    if (o->moment == SC_MOMENT_SECONDS)
-        frame = floor(o->moment_at * job->output.fps + 0.5);
-    else if (o->moment == SC_MOMENT_SHARE)
-        frame = floor(o->moment_at * (frames - 1) + 0.5);
+                       o->still.moment_at, length_s, frames - 1, job->output.fps);
+    if (o->still.moment == SC_MOMENT_SECONDS)
+        frame = floor(o->still.moment_at * job->output.fps + 0.5);
+    else if (o->still.moment == SC_MOMENT_SHARE)
+        frame = floor(o->still.moment_at * (frames - 1) + 0.5);
     *out = (int)fmin(frame, frames - 1);
     return SC_OK;
 }
@@ -66,8 +66,8 @@ static sc_status find_frame(const sc_app *app, const sc_job *job, int *out)
 /* Is an option given that sets a key of the job, such as "--point "? */
 static bool is_given(const sc_options *o, const char *option)
 {
-    for (size_t i = 0; i < o->setting_count; i++) {
-        if (!strncmp(o->settings[i].origin, option, strlen(option)))
+    for (size_t i = 0; i < o->settings.count; i++) {
+        if (!strncmp(o->settings.all[i].origin, option, strlen(option)))
             return true;
     }
     return false;
@@ -91,7 +91,7 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
 
     SC_PASS(sc_session_job(app, job_path, &session));
     session.job.animation.camera.alone = is_alone(&app->options, job_path);
-    if (app->options.sheet_slices && session.job.output.layout != SC_LAYOUT_VIEWS)
+    if (app->options.still.slices && session.job.output.layout != SC_LAYOUT_VIEWS)
         return sc_fail(app->ctx, SC_ERR_USAGE, "--sheet slices: the job says slices: none");
     SC_PASS(sc_check_output(app, &session.job, path, true));
     SC_PASS(find_frame(app, &session.job, &frame));
@@ -148,7 +148,7 @@ sc_status sc_cmd_still(sc_app *app)
     }
     SC_PASS(sc_defer(app, sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG")));
     SC_PASS(sc_defer(app, check_use(app)));
-    if (app->options.sheet_slices)
+    if (app->options.still.slices)
         SC_PASS(set_slices(app));
     app->options.no_video = true;
     return draws_sheet(&app->options) ? sc_draw_sheet(app, job, path) : draw_still(app, job, path);

@@ -43,11 +43,11 @@ static sc_status execute(sc_app *app, int argc, char **argv)
     sc_signals_tell(is_root, app->terminal->is_tty);
     app->threads = options->threads ? options->threads : sc_default_threads();
     app->ctx->threads = app->threads;
-    if (options->help)
+    if (options->help.help)
         status = is_root ? sc_print_command_help(ctx, command, stdout) : SC_OK;
-    else if (options->version && is_root)
+    else if (options->help.version && is_root)
         sc_print_version(stdout);
-    else if (!options->version)
+    else if (!options->help.version)
         status = sc_execute(app, command);
     if (status == SC_OK)
         status = app->mistake; /* which the command should have returned */

@@ -74,10 +74,11 @@ static grid choose_grid(const int picture_px[2], int count)
 static sc_status choose_frames(const sc_app *app, const sc_job *job, int **out, int *count)
 {
     const sc_options *o = &app->options;
-    const int total = job->animation.frames, n = o->pictures < total ? o->pictures : total;
+    const int total = job->animation.frames,
+              n = o->still.pictures < total ? o->still.pictures : total;
 
-    if (o->frames) {
-        SC_PASS(sc_frames_parse(app->ctx, o->frames, total, out, count));
+    if (o->part.frames) {
+        SC_PASS(sc_frames_parse(app->ctx, o->part.frames, total, out, count));
         if (*count <= SC_PICTURES_MAX)
             return SC_OK;
         return sc_fail(app->ctx, SC_ERR_USAGE,
@@ -87,9 +88,9 @@ static sc_status choose_frames(const sc_app *app, const sc_job *job, int **out, 
     }
     SC_PASS(SC_ALLOC(app->ctx, (size_t)n, out));
     for (int i = 0; i < n; i++)
-        (*out)[i] = o->sheet ? job->film.shots[i].span.first
-                    : n > 1  ? (int)floor((double)i * (total - 1) / (n - 1) + 0.5)
-                             : 0;
+        (*out)[i] = o->still.sheet ? job->film.shots[i].span.first
+                    : n > 1        ? (int)floor((double)i * (total - 1) / (n - 1) + 0.5)
+                                   : 0;
     *count = n;
     return SC_OK;
 }
@@ -133,7 +134,7 @@ static sc_status draw_captions(const sc_app *app, const grid *g, const int *fram
 {
     const sc_letters letters = {13, {40, 40, 40}, {paper[0], paper[1], paper[2]}};
     const uint8_t line[3] = {150, 150, 150};
-    const sc_sheet *of = app->options.sheet;
+    const sc_sheet *of = app->options.still.sheet;
     sc_overlay *overlay;
     char caption[64];
     int at_px[2];
@@ -170,7 +171,7 @@ sc_status sc_draw_sheet(sc_app *app, const char *job_path, const char *path)
     SC_PASS(choose_frames(app, job, &frames, &count));
     shrink(job->output.size_px, job->output.size_px);
     for (size_t i = 0; i < job->film.shot_count; i++) {
-        job->film.shots[i].job.animation.camera.alone = app->options.sheet != NULL;
+        job->film.shots[i].job.animation.camera.alone = app->options.still.sheet != NULL;
     }
     g = choose_grid(job->output.size_px, count);
     SC_PASS(sc_session_volume(app, &session));
@@ -179,9 +180,9 @@ sc_status sc_draw_sheet(sc_app *app, const char *job_path, const char *path)
     SC_PASS(draw_pictures(app, &session, &g, frames, count, &sheet));
     SC_PASS(draw_captions(app, &g, frames, count, job->output.fps, &sheet));
     SC_PASS(sc_image_save_png(app->ctx, &sheet, path, app->options.overwrite));
-    if (app->options.sheet)
-        sc_info(app->ctx, "%s: %d %s, %d x %d pixels each", path, count, app->options.sheet->name,
-                g.picture_px[0], g.picture_px[1]);
+    if (app->options.still.sheet)
+        sc_info(app->ctx, "%s: %d %s, %d x %d pixels each", path, count,
+                app->options.still.sheet->name, g.picture_px[0], g.picture_px[1]);
     else
         sc_info(app->ctx, "%s: %d of %d frames, %d x %d pixels each", path, count,
                 job->animation.frames, g.picture_px[0], g.picture_px[1]);

@@ -61,10 +61,10 @@ sc_status sc_job_share(sc_app *app, sc_job *job)
 sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
 {
     const sc_job_sources sources = {.path = job_path,
-                                    .settings = app->options.settings,
-                                    .setting_count = app->options.setting_count,
-                                    .defaults = app->options.defaults,
-                                    .default_count = app->options.default_count,
+                                    .settings = app->options.settings.all,
+                                    .setting_count = app->options.settings.count,
+                                    .defaults = app->options.settings.defaults,
+                                    .default_count = app->options.settings.default_count,
                                     .environment = app->environment,
                                     .no_video = app->options.no_video,
                                     .check_inputs = true};

@@ -11,7 +11,7 @@ static bool is_job_there(const sc_command *command, const sc_options *options)
 {
     struct stat info;
 
-    return options->input && !options->help && !options->version &&
+    return options->input && !options->help.help && !options->help.version &&
            (strstr(command->argument, "JOB") || strstr(command->argument, "STUDY")) &&
            !strstr(command->argument, "DIR") && stat(options->input, &info) == 0;
 }
@@ -30,7 +30,7 @@ sc_status sc_read_command_line(sc_app *app, const sc_ctx *ctx, const sc_command 
         app->mistake = status;
         status = SC_OK;
     }
-    if (status == SC_OK && is_root && !options->help && !options->version)
+    if (status == SC_OK && is_root && !options->help.help && !options->help.version)
         status = sc_input_check(ctx, command, options->input);
     return sc_agree_aloud(app, status);
 }

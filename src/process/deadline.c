@@ -18,8 +18,9 @@ double sc_deadline_s(const sc_app *app)
 {
     const char *end_text = getenv("SLURM_JOB_END_TIME"); /* seconds of the Unix clock */
     const double now_s = sc_wall_s();
-    double left_s =
-        app->options.time_limit_s > 0 ? app->begin_s + app->options.time_limit_s - now_s : 0;
+    double left_s = app->options.part.time_limit_s > 0
+                        ? app->begin_s + app->options.part.time_limit_s - now_s
+                        : 0;
     double margin_s;
     char *end;
 

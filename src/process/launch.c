@@ -184,7 +184,7 @@ sc_status sc_execute(sc_app *app, const sc_command *command)
     sc_status status = SC_OK;
 
     app->display = is_root ? sc_display_start(app, was_launched() ? getppid() : 0) : NULL;
-    if (command->by_all || app->options.calibrate)
+    if (command->by_all || app->options.plan.calibrate)
         status = execute_bounded(app, command);
     else if (is_root)
         status = execute_alone(app, command);

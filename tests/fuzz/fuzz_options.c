@@ -12,18 +12,18 @@ enum { WORDS_MAX = 64 };
 /* Load the job of the options, and read the list of frames. */
 static void use(const sc_options *options, const char *const *environment)
 {
-    const sc_job_sources sources = {.settings = options->settings,
-                                    .setting_count = options->setting_count,
-                                    .defaults = options->defaults,
-                                    .default_count = options->default_count,
+    const sc_job_sources sources = {.settings = options->settings.all,
+                                    .setting_count = options->settings.count,
+                                    .defaults = options->settings.defaults,
+                                    .default_count = options->settings.default_count,
                                     .environment = environment};
     SC_OWN(sc_job_clear) sc_job job = {0};
     int *frames, count;
 
     if (sc_job_load(&fuzz_ctx, &sources, &job) == SC_OK)
         FUZZ_CHECK(job.volume.path[0]);
-    if (options->frames &&
-        sc_frames_parse(&fuzz_ctx, options->frames, 1000, &frames, &count) == SC_OK) {
+    if (options->part.frames &&
+        sc_frames_parse(&fuzz_ctx, options->part.frames, 1000, &frames, &count) == SC_OK) {
         FUZZ_CHECK(count > 0 && count <= 1000);
         for (int i = 0; i < count; i++)
             FUZZ_CHECK(frames[i] >= (i ? frames[i - 1] + 1 : 0) && frames[i] < 1000);

@@ -30,11 +30,11 @@ static target find_target(const sc_options *o)
 
     if (sc_mesh_format_of(o->output, &mesh))
         return TARGET_MESH;
-    if (o->tissue || o->begin || o->end || o->middles)
+    if (o->convert.tissue || o->convert.begin || o->convert.end || o->convert.middles)
         return TARGET_LINE;
     if (dot && !strcasecmp(dot, ".segc"))
         return TARGET_PREPARED;
-    if (o->ct || o->beating || (dot && !strcasecmp(dot, ".nrrd") && !o->to))
+    if (o->convert.ct || o->convert.beating || (dot && !strcasecmp(dot, ".nrrd") && !o->convert.to))
         return TARGET_PHANTOM;
     return TARGET_TABLE;
 }
@@ -44,10 +44,10 @@ static sc_status refuse_settings(const sc_app *app, const char *allowed)
 {
     const sc_options *o = &app->options;
 
-    for (size_t i = 0; i < o->setting_count; i++) {
-        if (!allowed || strcmp(o->settings[i].path, allowed))
+    for (size_t i = 0; i < o->settings.count; i++) {
+        if (!allowed || strcmp(o->settings.all[i].path, allowed))
             return sc_fail(app->ctx, SC_ERR_USAGE, "%s: does not change what is written to %s",
-                           o->settings[i].origin, o->output);
+                           o->settings.all[i].origin, o->output);
     }
     return SC_OK;
 }
@@ -62,22 +62,22 @@ static sc_status check_use(const sc_app *app, target wanted)
                        "%s: is a job file, of which only a prepared file (-o FILE.segc) is made; "
                        "expected a volume or a label table",
                        o->input);
-    if (wanted == TARGET_MESH && (o->begin || o->end || o->middles))
+    if (wanted == TARGET_MESH && (o->convert.begin || o->convert.end || o->convert.middles))
         return sc_fail(app->ctx, SC_ERR_USAGE, "--%s is for a centre line, but %s is a mesh",
-                       o->begin ? "begin"
-                       : o->end ? "end"
-                                : "middles",
+                       o->convert.begin ? "begin"
+                       : o->convert.end ? "end"
+                                        : "middles",
                        o->output);
-    if (wanted != TARGET_MESH && o->simplify)
+    if (wanted != TARGET_MESH && o->convert.simplify)
         return sc_fail(app->ctx, SC_ERR_USAGE, "--simplify is for a mesh, but %s is none",
                        o->output);
-    if (wanted != TARGET_TABLE && wanted != TARGET_LINE && o->to)
+    if (wanted != TARGET_TABLE && wanted != TARGET_LINE && o->convert.to)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--to names a format of label tables or centre lines, but %s is neither",
                        o->output);
-    if (wanted != TARGET_PHANTOM && (o->ct || o->beating))
+    if (wanted != TARGET_PHANTOM && (o->convert.ct || o->convert.beating))
         return sc_fail(app->ctx, SC_ERR_USAGE, "--%s is for the phantom written as NRRD",
-                       o->ct ? "ct" : "beating");
+                       o->convert.ct ? "ct" : "beating");
     if (wanted == TARGET_PHANTOM && !sc_job_is_phantom(o->input))
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "%s: only the phantom is written as NRRD, and the input is %s; expected "

@@ -42,24 +42,26 @@ static sc_status read_wish(const sc_app *app, wish *w)
 {
     const sc_options *o = &app->options;
 
-    SC_PASS(sc_tissue_list_read(app->ctx, o->tissue, &w->tissues));
+    SC_PASS(sc_tissue_list_read(app->ctx, o->convert.tissue, &w->tissues));
     w->line.patterns = w->tissues.names;
     w->line.pattern_count = w->tissues.count;
-    if (o->end && !o->begin)
+    if (o->convert.end && !o->convert.begin)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--end needs --begin: a line that ends at a point has to begin at one");
-    w->line.middles = o->middles;
-    if (o->middles && o->begin)
+    w->line.middles = o->convert.middles;
+    if (o->convert.middles && o->convert.begin)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--middles and --begin both say where the line leads; give one of them");
-    if (o->middles && w->line.pattern_count < 2)
+    if (o->convert.middles && w->line.pattern_count < 2)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--middles needs two tissues or more: --tissue A,B leads from the middle of "
                        "A to that of B");
-    if (o->begin)
-        SC_PASS(read_point(app->ctx, "--begin", o->begin, &w->through[w->line.through_count++]));
-    if (o->end)
-        SC_PASS(read_point(app->ctx, "--end", o->end, &w->through[w->line.through_count++]));
+    if (o->convert.begin)
+        SC_PASS(read_point(app->ctx, "--begin", o->convert.begin,
+                           &w->through[w->line.through_count++]));
+    if (o->convert.end)
+        SC_PASS(
+            read_point(app->ctx, "--end", o->convert.end, &w->through[w->line.through_count++]));
     w->line.through = w->through;
     return SC_OK;
 }
@@ -67,7 +69,7 @@ static sc_status read_wish(const sc_app *app, wish *w)
 /* Choose the format by --to, or by the ending of the file: JSON, or else CSV. */
 static sc_status choose_format(const sc_app *app, bool *as_json)
 {
-    const char *to = app->options.to, *dot = strrchr(app->options.output, '.');
+    const char *to = app->options.convert.to, *dot = strrchr(app->options.output, '.');
 
     if (to && strcasecmp(to, "csv") && strcasecmp(to, "json"))
         return sc_fail(app->ctx, SC_ERR_USAGE,

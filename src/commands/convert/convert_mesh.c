@@ -35,11 +35,11 @@ static sc_status find_wanted(const sc_app *app, const sc_prepared *v, const sc_t
 {
     SC_OWN(sc_tissue_list_clear) sc_tissue_list list = {.count = 0};
 
-    if (app->options.tissue)
-        SC_PASS(sc_tissue_list_read(app->ctx, app->options.tissue, &list));
+    if (app->options.convert.tissue)
+        SC_PASS(sc_tissue_list_read(app->ctx, app->options.convert.tissue, &list));
     for (size_t i = 0; i < list.count; i++)
         SC_PASS(add_named(app->ctx, v, list.names[i], wanted));
-    for (int id = 1; id < v->label_count && !app->options.tissue; id++)
+    for (int id = 1; id < v->label_count && !app->options.convert.tissue; id++)
         wanted[id] = looks[id].visible && !v->hidden[id];
     return SC_OK;
 }
@@ -77,7 +77,7 @@ static sc_status tell_absent(const sc_app *app, const sc_mesh_tissue *tissue, ui
                         "\"%s\" (label %lld, %llu voxels) has no surface, as it is too small or "
                         "too thin for one (--set render.smooth=0 gives it that of its voxels)",
                         tissue->name, (long long)tissue->label, (unsigned long long)voxels));
-    if (app->options.tissue)
+    if (app->options.convert.tissue)
         return sc_fail(app->ctx, SC_ERR_DATA, "%s", why.data);
     sc_warn(app->ctx, "%s; it is left out", why.data);
     return SC_OK;
@@ -123,7 +123,7 @@ static sc_status describe(const sc_app *app, const sc_prepared *v, const sc_tiss
 /* Simplify the mesh if the command line says by how much. */
 static sc_status simplify(const sc_app *app, sc_mesh *mesh)
 {
-    const char *text = app->options.simplify;
+    const char *text = app->options.convert.simplify;
     const size_t before = mesh->triangle_count;
     char *end = NULL;
     const double error_mm = text ? strtod(text, &end) : 0;

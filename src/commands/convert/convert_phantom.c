@@ -62,7 +62,7 @@ static sc_status write_phase(sc_app *app, const char *path, const int size[3], i
 
     SC_PASS(phase_path(app->ctx, path, phase, count, &name));
     SC_PASS(sc_phantom_new_beating(app->ctx, count ? (double)phase / count : 0, &phantom));
-    SC_PASS((app->options.ct ? write_image : write_labels)(app, phantom, size, name.data));
+    SC_PASS((app->options.convert.ct ? write_image : write_labels)(app, phantom, size, name.data));
     sc_display_end_stage(app);
     sc_print_made(name.data);
     return SC_OK;
@@ -91,7 +91,7 @@ static sc_status write_series(sc_app *app, const char *path, const int size[3], 
     beat b = {app, size, count};
     const sc_volume_series series = {count, BEAT_S / count, make_phase, &b};
 
-    if (app->options.ct)
+    if (app->options.convert.ct)
         return sc_fail(
             app->ctx, SC_ERR_USAGE,
             "--ct: an image holds one volume, expected another name than %s, such as ct" ENDING
@@ -109,15 +109,15 @@ sc_status sc_convert_phantom(sc_app *app)
 {
     const char *path = app->options.output;
     const size_t length = strlen(path), ending = strlen(SERIES_ENDING);
-    const bool in_one = app->options.beating > 1 && length > ending &&
+    const bool in_one = app->options.convert.beating > 1 && length > ending &&
                         !strcmp(path + length - ending, SERIES_ENDING);
-    const int phases = app->options.beating, count = in_one ? 0 : phases;
+    const int phases = app->options.convert.beating, count = in_one ? 0 : phases;
     int size[3];
 
     SC_PASS(sc_phantom_size(app->ctx, "the argument", app->options.input, size));
     SC_PASS(sc_check_ending(app->ctx, path, ENDING, "a volume in the format NRRD"));
     SC_PASS(check_outputs(app, path, count));
-    for (int i = 0; i < 3 && app->options.ct; i++) {
+    for (int i = 0; i < 3 && app->options.convert.ct; i++) {
         if (size[i] < 2 || size[i] > 4096)
             return sc_fail(app->ctx, SC_ERR_USAGE, "%s: expected 2 to 4096 voxels along each axis",
                            app->options.input);
@@ -128,7 +128,7 @@ sc_status sc_convert_phantom(sc_app *app)
         return write_series(app, path, size, phases);
     for (int phase = 0; phase == 0 || phase < count; phase++)
         SC_PASS(write_phase(app, path, size, phase, count));
-    if (count > 1 && !app->options.ct)
+    if (count > 1 && !app->options.convert.ct)
         sc_info(app->ctx,
                 "these are the phases of a beat: a job with volume: %.*s-*" ENDING
                 " and cine: {bpm: 60} films them",

@@ -14,18 +14,18 @@ static sc_status choose_writer(const sc_app *app, const sc_table_writer **out)
         names[count] = sc_table_writer_name(count);
         count++;
     }
-    *out = app->options.to ? sc_table_writer_find(app->options.to)
-                           : sc_table_writer_for(app->options.output);
+    *out = app->options.convert.to ? sc_table_writer_find(app->options.convert.to)
+                                   : sc_table_writer_for(app->options.output);
     if (*out)
         return SC_OK;
-    if (!app->options.to)
+    if (!app->options.convert.to)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "%s: its ending does not tell what to write; the format of a label table "
                        "can be given as --to NAME, for example --to freesurfer (`segcast help "
                        "convert` lists formats and endings)",
                        app->options.output);
-    nearest = sc_nearest_word(app->options.to, names, count);
-    return sc_fail(app->ctx, SC_ERR_USAGE, "--to is \"%s\"; %s%s%s", app->options.to,
+    nearest = sc_nearest_word(app->options.convert.to, names, count);
+    return sc_fail(app->ctx, SC_ERR_USAGE, "--to is \"%s\"; %s%s%s", app->options.convert.to,
                    nearest ? "did you mean \"" : "`segcast help convert` lists the formats",
                    nearest ? nearest : "", nearest ? "\"?" : "");
 }

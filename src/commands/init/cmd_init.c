@@ -174,9 +174,9 @@ static const char *option_value(const sc_app *app, const char *path)
 {
     const char *value = NULL;
 
-    for (size_t i = 0; i < app->options.setting_count; i++) {
-        if (!strcmp(app->options.settings[i].path, path))
-            value = app->options.settings[i].value;
+    for (size_t i = 0; i < app->options.settings.count; i++) {
+        if (!strcmp(app->options.settings.all[i].path, path))
+            value = app->options.settings.all[i].value;
     }
     return value;
 }

@@ -27,19 +27,20 @@ static sc_status conclude(const sc_app *app, job_plan *plan)
     const sc_job *job = &plan->session->job;
     const sc_options *o = &app->options;
     const int cores = sc_usable_cores();
-    const sc_plan_nodes nodes = {.most = o->nodes > SCALE_NODES ? o->nodes : SCALE_NODES,
+    const sc_plan_nodes nodes = {.most = o->plan.nodes > SCALE_NODES ? o->plan.nodes : SCALE_NODES,
                                  .cores = cores,
                                  .memory_bytes = sc_machine_memory(),
-                                 .ranks = o->ranks,
+                                 .ranks = o->plan.ranks,
                                  .threads = o->threads};
-    const int run_count = o->nodes ? 1 : RUNS;
+    const int run_count = o->plan.nodes ? 1 : RUNS;
 
     plan->draw_cpu_s = plan->probe.draw_cpu_s * job->animation.frames;
     plan->encode_cpu_s = sc_plan_encode_cpu_s(job, &plan->probe);
     plan->run_count = run_count;
     for (int i = 0; i < run_count; i++) {
-        plan->runs[i] = sc_plan_run_on(job, &plan->probe, o->nodes ? o->nodes : usual_nodes[i],
-                                       o->ranks ? o->ranks : 1, cores, o->threads);
+        plan->runs[i] =
+            sc_plan_run_on(job, &plan->probe, o->plan.nodes ? o->plan.nodes : usual_nodes[i],
+                           o->plan.ranks ? o->plan.ranks : 1, cores, o->threads);
         SC_PASS(sc_plan_simulate(app->ctx, job, &plan->probe, &plan->costs, cores, &plan->runs[i]));
     }
     plan->disk = sc_plan_disk_of(job, &plan->probe, plan->runs[0].threads);
@@ -224,13 +225,13 @@ sc_status sc_cmd_plan(sc_app *app)
 {
     const uint64_t program_bytes = sc_peak_rss();
     const sc_options *o = &app->options;
-    const long ranks =
-        (long)(o->nodes ? o->nodes : usual_nodes[RUNS - 1]) * (o->ranks ? o->ranks : 1);
+    const long ranks = (long)(o->plan.nodes ? o->plan.nodes : usual_nodes[RUNS - 1]) *
+                       (o->plan.ranks ? o->plan.ranks : 1);
     SC_OWN(sc_session_clear) sc_session session = {0};
     job_plan plan = {.session = &session};
 
     app->measures = true;
-    if (o->calibrate)
+    if (o->plan.calibrate)
         return sc_calibrate(app);
     if (ranks > SC_PLAN_RANKS_MOST)
         return sc_fail(app->ctx, SC_ERR_USAGE,

@@ -155,8 +155,8 @@ static sc_status report_job(const sc_app *app, sc_job *job, const char **directo
 {
     const sc_options *o = &app->options;
     const sc_job_sources sources = {.path = o->input,
-                                    .settings = o->settings,
-                                    .setting_count = o->setting_count,
+                                    .settings = o->settings.all,
+                                    .setting_count = o->settings.count,
                                     .environment = app->environment};
     sc_video_settings settings;
     SC_OWN(sc_free_at) int *wanted = NULL;
@@ -165,12 +165,14 @@ static sc_status report_job(const sc_app *app, sc_job *job, const char **directo
     SC_PASS(sc_job_load(app->ctx, &sources, job));
     *directory = o->output ? o->output : job->output.directory;
     settings = sc_run_video_settings(job);
-    if (o->slices)
-        SC_PASS(sc_frames_slice(app->ctx, o->slice, o->slices, sc_video_gop_frames(&settings),
-                                job->animation.frames, &wanted, &count));
-    else if (o->frames)
-        SC_PASS(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &wanted, &count));
-    if (o->slices && count == 0) { /* more slices than GOPs: there is nothing to do for this one */
+    if (o->part.slices)
+        SC_PASS(sc_frames_slice(app->ctx, o->part.slice, o->part.slices,
+                                sc_video_gop_frames(&settings), job->animation.frames, &wanted,
+                                &count));
+    else if (o->part.frames)
+        SC_PASS(sc_frames_parse(app->ctx, o->part.frames, job->animation.frames, &wanted, &count));
+    if (o->part.slices &&
+        count == 0) { /* more slices than GOPs: there is nothing to do for this one */
         *out = (sc_store_report){.condition = SC_STORE_COMPLETE};
         return SC_OK;
     }

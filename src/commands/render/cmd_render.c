@@ -28,11 +28,11 @@ static const char *slice_of(const sc_run *run)
 static sc_status name_slice(sc_run *run)
 {
     const sc_options *o = &run->app->options;
-    const char *frames = o->frames;
+    const char *frames = o->part.frames;
     size_t used = 0;
 
-    if (o->slices > 1)
-        snprintf(run->root.slice, sizeof run->root.slice, "%dof%d", o->slice, o->slices);
+    if (o->part.slices > 1)
+        snprintf(run->root.slice, sizeof run->root.slice, "%dof%d", o->part.slice, o->part.slices);
     if (!frames || run->root.wanted_count == run->session.job.animation.frames)
         return SC_OK;
     for (const char *c = frames; *c; c++) {
@@ -472,11 +472,11 @@ static sc_status check_use(const sc_app *app)
     const sc_options *o = &app->options;
     sc_status status = SC_OK;
 
-    if (o->overwrite && (o->resume || o->frames || o->slices))
+    if (o->overwrite && (o->resume || o->part.frames || o->part.slices))
         status = sc_fail(app->ctx, SC_ERR_USAGE,
                          "--overwrite cannot be used with --resume, nor with --frames or --slice: "
                          "slices share a directory");
-    if (o->frames && o->slices)
+    if (o->part.frames && o->part.slices)
         status = sc_fail(app->ctx, SC_ERR_USAGE, "--frames and --slice exclude each other");
     return status;
 }
@@ -492,11 +492,12 @@ static sc_status prepare_run(sc_run *run)
 
     run->root.directory =
         run->keep_records && app->options.output ? app->options.output : job->output.directory;
-    if (o->slices)
-        SC_PASS(sc_frames_slice(app->ctx, o->slice, o->slices, sc_video_gop_frames(&settings),
-                                job->animation.frames, &run->root.wanted, &run->root.wanted_count));
+    if (o->part.slices)
+        SC_PASS(sc_frames_slice(app->ctx, o->part.slice, o->part.slices,
+                                sc_video_gop_frames(&settings), job->animation.frames,
+                                &run->root.wanted, &run->root.wanted_count));
     else
-        SC_PASS(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &run->root.wanted,
+        SC_PASS(sc_frames_parse(app->ctx, o->part.frames, job->animation.frames, &run->root.wanted,
                                 &run->root.wanted_count));
     SC_PASS(name_slice(run));
     if (run->keep_records) {
@@ -659,7 +660,7 @@ sc_status sc_cmd_orbit(sc_app *app)
     SC_TRY(sc_text_add(app->ctx, &origin, "--output %s", output));
     SC_TRY(sc_options_set_as(app->ctx, &app->options, origin.data, "output.video",
                              slash ? slash + 1 : output));
-    app->options.frames = NULL;
+    app->options.part.frames = NULL;
 out:
     sc_text_clear(&directory);
     sc_text_clear(&origin);

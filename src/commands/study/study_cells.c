@@ -32,17 +32,17 @@ sc_status sc_study_cell_options(const sc_study_state *state, int cell, sc_option
     SC_OWN(clear_settings) sc_study_settings settings = {.count = 0};
 
     SC_PASS(sc_study_cell(state->app->ctx, &state->study, cell, &settings));
-    if (settings.count + given->setting_count >= SC_SETTINGS_MAX)
+    if (settings.count + given->settings.count >= SC_SETTINGS_MAX)
         return sc_fail(state->app->ctx, SC_ERR_USAGE,
                        "a cell has %zu settings, expected at most %d",
-                       settings.count + given->setting_count, SC_SETTINGS_MAX - 1);
-    options->setting_count = 0;
+                       settings.count + given->settings.count, SC_SETTINGS_MAX - 1);
+    options->settings.count = 0;
     for (size_t i = 0; i < settings.count; i++)
-        options->settings[options->setting_count++] = settings.items[i];
-    for (size_t i = 0; i < given->setting_count; i++)
-        options->settings[options->setting_count++] = given->settings[i];
+        options->settings.all[options->settings.count++] = settings.items[i];
+    for (size_t i = 0; i < given->settings.count; i++)
+        options->settings.all[options->settings.count++] = given->settings.all[i];
     if (state->cpu && state->cells[cell].any_cpu)
-        options->settings[options->setting_count++] =
+        options->settings.all[options->settings.count++] =
             (sc_setting){.origin = "render.cpu", .path = "render.cpu", .value = state->cpu};
     return SC_OK;
 }
@@ -59,8 +59,8 @@ static sc_status load_job(const sc_study_state *state, int cell, sc_job *out)
     SC_PASS(sc_study_cell_options(state, cell, options));
     sources = (sc_job_sources){.path = state->study.job[0] ? state->study.job : NULL,
                                .name = state->app->options.input,
-                               .settings = options->settings,
-                               .setting_count = options->setting_count,
+                               .settings = options->settings.all,
+                               .setting_count = options->settings.count,
                                .environment = state->app->environment,
                                .check_inputs = true};
     status = sc_job_load(state->app->ctx, &sources, out);
