@@ -61,9 +61,9 @@ sc_status sc_lens_samples_make(const sc_ctx *ctx, sc_renderer *r)
 
     if (!each)
         return SC_OK;
-    SC_PASS(SC_ALLOC(ctx, (size_t)r->settings.threads * side * side, &r->blurred));
-    SC_PASS(SC_ALLOC(ctx, SQUARE_PIXELS * each, &r->lens_samples));
-    set_samples(r->lens_samples, (int)each);
+    SC_PASS(SC_ALLOC(ctx, (size_t)r->settings.threads * side * side, &r->room.blurred));
+    SC_PASS(SC_ALLOC(ctx, SQUARE_PIXELS * each, &r->room.lens_samples));
+    set_samples(r->room.lens_samples, (int)each);
     return SC_OK;
 }
 
@@ -72,7 +72,7 @@ static sc_aim aim_of(const sc_renderer *r, int x, int y, int i)
 {
     const int column = x & (SC_LENS_BLOCK - 1), row = y & (SC_LENS_BLOCK - 1);
     const sc_lens_sample *sample =
-        &r->lens_samples[(row * SC_LENS_BLOCK + column) * r->settings.lens_samples + i];
+        &r->room.lens_samples[(row * SC_LENS_BLOCK + column) * r->settings.lens_samples + i];
     double at[4], lens[3];
 
     for (int c = 0; c < 4; c++)
@@ -95,10 +95,10 @@ static void flush(sc_tile *t)
         float seen[4] = {0, 0, 0, cover};
 
         for (int c = 0; c < 3; c++) {
-            seen[c] = light->rgb[c] + light->transmittance * r->tone[c];
+            seen[c] = light->rgb[c] + light->transmittance * r->behind.tone[c];
             /* Without a background the tone is of what covers the pixel, by its share. */
             if (!r->settings.transparent)
-                pixel->light[c] += seen[c] * seen[c] - r->tone[c] * r->tone[c];
+                pixel->light[c] += seen[c] * seen[c] - r->behind.tone[c] * r->behind.tone[c];
             else if (cover > 0)
                 pixel->light[c] += seen[c] * seen[c] / cover;
         }
@@ -128,7 +128,7 @@ static void send_rays(sc_tile *t, int x, int y, int first, int end)
             flush(t);
         sc_tile_add_ray(t, &aim, at);
         for (int c = 0; c < 4 && t->rays.count == before; c++) {
-            const float behind = c < 3 ? r->tone[c] : 0;
+            const float behind = c < 3 ? r->behind.tone[c] : 0;
 
             pixel->low[c] = fminf(pixel->low[c], behind);
             pixel->high[c] = fmaxf(pixel->high[c], behind);
@@ -161,10 +161,11 @@ static void store(const sc_renderer *r, const sc_blurred_pixel *p, uint8_t *to)
 
     if (!r->settings.transparent) {
         for (int c = 0; c < 3; c++)
-            to[c] = sc_srgb_level(&r->srgb, r->tone[c] * r->tone[c] + share * p->light[c]);
+            to[c] = sc_srgb_level(&r->srgb,
+                                  r->behind.tone[c] * r->behind.tone[c] + share * p->light[c]);
         return;
     }
-    memcpy(to, r->empty, 4);
+    memcpy(to, r->behind.empty, 4);
     if (!(share * p->cover > 0.5f / 255))
         return;
     for (int c = 0; c < 3; c++)
@@ -183,7 +184,7 @@ static int find_rays(const sc_renderer *r, const sc_scene *scene, int *first, in
     *first = scene->moment * each % all;
     *end = *first + each;
     /* Paths always differ. */
-    return r->settings.everywhere || r->traces || each < PILOT_SHARE * PILOT_LEAST
+    return r->settings.everywhere || r->light.traces || each < PILOT_SHARE * PILOT_LEAST
                ? each
                : each / PILOT_SHARE;
 }

@@ -37,16 +37,16 @@ static void set_sky(sc_renderer *r, bool inside)
     sc_march_light *light = &r->march.light;
 
     light->sky = light->lamp = 0;
-    if ((!r->gather && !r->traces) || r->hurries || inside)
+    if ((!r->light.gather && !r->light.traces) || r->hurries || inside)
         return;
     light->sky = fmaxf(light->ambient, SKY_LEAST);
-    light->has_map = r->sky.map;
-    memcpy(light->around, r->sky.around, sizeof light->around);
+    light->has_map = r->light.sky.map;
+    memcpy(light->around, r->light.sky.around, sizeof light->around);
     light->lamp = light->key;
-    light->key *= (float)r->sky.lamp.mean_cosine;
+    light->key *= (float)r->light.sky.lamp.mean_cosine;
     light->ambient = light->fill = 0;
     for (int i = 0; i < 3; i++)
-        light->key_direction[i] = (float)r->sky.lamp.middle[i];
+        light->key_direction[i] = (float)r->light.sky.lamp.middle[i];
 }
 
 /* Set the lamps in r->march.light. The key light stands above the viewer's left shoulder, the fill
@@ -81,7 +81,7 @@ static void set_lamps(sc_renderer *r, const sc_scene *scene)
                   ? back
                   : sc_vec3_unit(sc_vec3_along(sc_vec3_along(back, 1.1, c->right), -0.35, c->up)),
               r->march.light.fill_direction);
-    sc_lamp_place(&r->sky, &l->lamp, c);
+    sc_lamp_place(&r->light.sky, &l->lamp, c);
     set_sky(r, inside);
 }
 
@@ -95,8 +95,8 @@ static void set_background(sc_renderer *r, const sc_scene *scene)
         const float linear = s->transparent ? 0 : (float)sc_srgb_to_linear(rgb[i] / 255.0);
 
         r->march.light.cue_rgb[i] = linear;
-        r->tone[i] = sqrtf(linear);
-        r->empty[i] = sc_srgb_level(&r->srgb, linear);
+        r->behind.tone[i] = sqrtf(linear);
+        r->behind.empty[i] = sc_srgb_level(&r->srgb, linear);
     }
 }
 
@@ -104,7 +104,7 @@ static void set_background(sc_renderer *r, const sc_scene *scene)
  * what is visible. They stay as they are if nothing is. */
 static void set_depth_cue(sc_renderer *r, const sc_camera *c)
 {
-    const sc_box3 *box = &r->hull_box;
+    const sc_box3 *box = &r->bounds.hull_box;
     const sc_vec3 middle = sc_vec3_scale(sc_vec3_add(box->low, box->high), 0.5);
     const sc_vec3 to_middle = sc_vec3_sub(middle, c->position_mm);
     const double radius = sc_vec3_length(sc_vec3_sub(box->high, box->low)) / 2;
@@ -169,5 +169,5 @@ void sc_begin_scene(sc_renderer *r, const sc_scene *scene, int height_px)
     set_rims(r, &scene->camera, height_px);
     set_planes(r, scene);
     sc_set_grey(r, scene);
-    r->floor.is_shown = r->settings.floor && r->march.light.sky > 0 && !scene->slice;
+    r->light.floor.is_shown = r->settings.floor && r->march.light.sky > 0 && !scene->slice;
 }

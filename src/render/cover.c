@@ -26,7 +26,7 @@ enum {
  * over. */
 static uint64_t visible_in(const sc_renderer *r, int x, int y, int z)
 {
-    const int edge = r->has_tight_blocks ? 1 : BLOCK;
+    const int edge = r->bounds.has_tight_blocks ? 1 : BLOCK;
     const int nx = r->volume->bricks[0], ny = r->volume->bricks[1], nz = r->volume->bricks[2];
     const int row = sc_framed_row(r->volume->bricks), layer = sc_framed_layer(r->volume->bricks);
     uint64_t any = 0;
@@ -34,7 +34,7 @@ static uint64_t visible_in(const sc_renderer *r, int x, int y, int z)
     for (int dz = 0; dz < edge && z + dz < nz; dz++) {
         for (int dy = 0; dy < edge && y + dy < ny; dy++) {
             for (int dx = 0; dx < edge && x + dx < nx; dx++)
-                any |= r->visible[sc_framed_index(row, layer, x + dx, y + dy, z + dz)];
+                any |= r->derived.visible[sc_framed_index(row, layer, x + dx, y + dy, z + dz)];
         }
     }
     return any;
@@ -97,7 +97,7 @@ static void find_in_layers(void *user, size_t begin, size_t end, int thread)
     const block_finder *f = user;
     const sc_renderer *r = f->renderer;
     const int *bricks = r->volume->bricks;
-    const int edge = r->has_tight_blocks ? 1 : BLOCK;
+    const int edge = r->bounds.has_tight_blocks ? 1 : BLOCK;
 
     for (size_t layer = begin; layer < end; layer++) {
         const int z = (int)layer * edge;
@@ -112,8 +112,9 @@ static void find_in_layers(void *user, size_t begin, size_t end, int thread)
                 if (!mask)
                     continue;
                 if (f->blocks)
-                    f->blocks[before + found] =
-                        r->has_tight_blocks ? tight_block(x, y, z, mask) : wide_block(x, y, z);
+                    f->blocks[before + found] = r->bounds.has_tight_blocks
+                                                    ? tight_block(x, y, z, mask)
+                                                    : wide_block(x, y, z);
                 found++;
             }
         }
@@ -124,7 +125,7 @@ static void find_in_layers(void *user, size_t begin, size_t end, int thread)
 
 sc_status sc_find_blocks(const sc_ctx *ctx, sc_renderer *r)
 {
-    const int edge = r->has_tight_blocks ? 1 : BLOCK;
+    const int edge = r->bounds.has_tight_blocks ? 1 : BLOCK;
     const size_t layers = (size_t)((r->volume->bricks[2] + edge - 1) / edge);
     block_finder finder = {.renderer = r};
     size_t found = 0;
@@ -136,11 +137,11 @@ sc_status sc_find_blocks(const sc_ctx *ctx, sc_renderer *r)
     sc_team_for(r->team, layers, 1, find_in_layers, &finder);
     for (size_t i = 0; i < layers; i++)
         found += finder.counts[i];
-    SC_TRY(sc_team_alloc(ctx, r->team, found, sizeof *r->blocks, &block));
+    SC_TRY(sc_team_alloc(ctx, r->team, found, sizeof *r->bounds.blocks, &block));
     finder.blocks = block;
     sc_team_for(r->team, layers, 1, find_in_layers, &finder);
-    r->blocks = finder.blocks;
-    r->block_count = found;
+    r->bounds.blocks = finder.blocks;
+    r->bounds.block_count = found;
 out:
     sc_team_free(r->team, counts);
     return status;
@@ -158,7 +159,7 @@ typedef struct screen_axis {
 static screen_axis make_axis(const sc_renderer *r, const sc_camera *c, sc_vec3 direction)
 {
     const sc_affine *to_mm = &r->volume->to_ras_mm;
-    const double margin = !r->has_tight_blocks                       ? WIDE_MARGIN
+    const double margin = !r->bounds.has_tight_blocks                ? WIDE_MARGIN
                           : r->settings.surface == SC_SURFACE_SMOOTH ? CELL_MARGIN
                                                                      : VOXEL_MARGIN;
     screen_axis a = {sc_vec3_dot(direction, sc_affine_column(to_mm, 0)),
@@ -213,8 +214,8 @@ static inline void squares_between(const double ends[2], const double factors[2]
  * along it is at least as far from the eye. */
 static void set_levels(sc_cover *cover, const sc_renderer *r, const screen_axis *deep)
 {
-    const sc_vec3 middle = sc_vec3_scale(sc_vec3_add(r->box.low, r->box.high), 0.5);
-    const sc_vec3 half = sc_vec3_scale(sc_vec3_sub(r->box.high, r->box.low), 0.5);
+    const sc_vec3 middle = sc_vec3_scale(sc_vec3_add(r->space.box.low, r->space.box.high), 0.5);
+    const sc_vec3 half = sc_vec3_scale(sc_vec3_sub(r->space.box.high, r->space.box.low), 0.5);
     /* Each block has something of the box in it, and may reach beyond by its own depth; half as
      * much more for safety. */
     const sc_block largest = wide_block(0, 0, 0);
@@ -282,14 +283,14 @@ void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
                       down = make_axis(r, c, sc_vec3_scale(c->up, -1)),
                       deep = make_axis(r, c, c->forward);
     const double scale = viewport->height_px / (2 * c->half_height);
-    const double least_px = r->has_tight_blocks ? TIGHT_MARGIN_PX : WIDE_MARGIN_PX;
-    const bool is_all = r->covers_all || c->projection == SC_EQUIRECTANGULAR;
+    const double least_px = r->bounds.has_tight_blocks ? TIGHT_MARGIN_PX : WIDE_MARGIN_PX;
+    const bool is_all = r->cover.covers_all || c->projection == SC_EQUIRECTANGULAR;
 
     *cover = empty_cover(viewport, squares, is_all);
     if (!is_all)
         set_levels(cover, r, &deep);
-    for (size_t i = 0; i < r->block_count && !is_all; i++) {
-        const sc_block *block = &r->blocks[i];
+    for (size_t i = 0; i < r->bounds.block_count && !is_all; i++) {
+        const sc_block *block = &r->bounds.blocks[i];
         const double x = along(&right, block), y = along(&down, block), z = along(&deep, block);
         const double aside = reach_of(&right, block), below = reach_of(&down, block);
         const double behind = reach_of(&deep, block);
@@ -322,10 +323,10 @@ void sc_cover_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vie
 {
     /* Equal bytes are equal scenes; should only padding differ, the map is made once more in vain.
      * NOLINTNEXTLINE(bugprone-suspicious-memory-comparison) */
-    if (!memcmp(&r->last_scene, scene, sizeof r->last_scene) &&
-        !memcmp(&r->last_viewport, viewport, sizeof r->last_viewport))
+    if (!memcmp(&r->cover.scene, scene, sizeof r->cover.scene) &&
+        !memcmp(&r->cover.viewport, viewport, sizeof r->cover.viewport))
         return;
-    sc_cover_init(&r->last_cover, r, scene, viewport, r->cover);
-    r->last_scene = *scene;
-    r->last_viewport = *viewport;
+    sc_cover_init(&r->cover.map, r, scene, viewport, r->cover.squares);
+    r->cover.scene = *scene;
+    r->cover.viewport = *viewport;
 }

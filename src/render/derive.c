@@ -67,16 +67,16 @@ void sc_fill_boxes(sc_renderer *r)
     const sc_prepared *v = r->volume;
     double low[3], high[3];
 
-    r->box = (sc_box3){{-2, -2, -2}, {v->size[0] + 1, v->size[1] + 1, v->size[2] + 1}};
-    r->middle_mm =
-        sc_affine_point(&v->to_ras_mm, sc_vec3_scale(sc_vec3_add(r->box.low, r->box.high), 0.5));
+    r->space.box = (sc_box3){{-2, -2, -2}, {v->size[0] + 1, v->size[1] + 1, v->size[2] + 1}};
+    r->space.middle_mm = sc_affine_point(
+        &v->to_ras_mm, sc_vec3_scale(sc_vec3_add(r->space.box.low, r->space.box.high), 0.5));
     for (int corner = 0; corner < 8; corner++) {
-        const sc_vec3 at = {corner & 1 ? r->box.high.x : r->box.low.x,
-                            corner & 2 ? r->box.high.y : r->box.low.y,
-                            corner & 4 ? r->box.high.z : r->box.low.z};
-        const sc_vec3 apart = sc_vec3_sub(sc_affine_point(&v->to_ras_mm, at), r->middle_mm);
+        const sc_vec3 at = {corner & 1 ? r->space.box.high.x : r->space.box.low.x,
+                            corner & 2 ? r->space.box.high.y : r->space.box.low.y,
+                            corner & 4 ? r->space.box.high.z : r->space.box.low.z};
+        const sc_vec3 apart = sc_vec3_sub(sc_affine_point(&v->to_ras_mm, at), r->space.middle_mm);
 
-        r->radius_mm = fmax(r->radius_mm, sc_vec3_length(apart));
+        r->space.radius_mm = fmax(r->space.radius_mm, sc_vec3_length(apart));
     }
     if (r->settings.skip == SC_SKIP_NONE)
         return;
@@ -90,14 +90,14 @@ void sc_fill_boxes(sc_renderer *r)
             high[i] = fmax(high[i], v->stats[id].high[i] + 2);
         }
     }
-    r->box = (sc_box3){{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
+    r->space.box = (sc_box3){{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
 }
 
 void sc_decide_cover(sc_renderer *r)
 {
-    r->covers_all = r->settings.skip == SC_SKIP_NONE;
+    r->cover.covers_all = r->settings.skip == SC_SKIP_NONE;
     for (int id = 1; id < r->volume->label_count; id++)
-        r->covers_all = r->covers_all || r->tissues[id].show == SC_SHOW_INTERIOR;
+        r->cover.covers_all = r->cover.covers_all || r->tissues[id].show == SC_SHOW_INTERIOR;
 }
 
 /* Make what the skip method knows of empty space, from @p masks, which become r->visible.
@@ -110,24 +110,24 @@ static sc_status find_empty(const sc_ctx *ctx, sc_renderer *r, uint64_t *masks)
     switch (r->kernel->skip) {
     case SC_SKIP_LEAP:
         SC_PASS(sc_brick_distances(ctx, r->team, v->bricks, masks, &distances));
-        r->distances = distances;
+        r->derived.distances = distances;
         break;
     case SC_SKIP_OCTREE:
-        SC_PASS(sc_pyramid_build(ctx, r->team, v, &masks, &r->pyramid));
+        SC_PASS(sc_pyramid_build(ctx, r->team, v, &masks, &r->derived.pyramid));
         break;
     case SC_SKIP_PROXIMITY:
-        SC_PASS(
-            sc_cell_distances(ctx, r->team, v, masks, SC_METRIC_CITY_BLOCK, &r->cell_distances));
+        SC_PASS(sc_cell_distances(ctx, r->team, v, masks, SC_METRIC_CITY_BLOCK,
+                                  &r->derived.cell_distances));
         break;
     case SC_SKIP_CHESSBOARD:
-        SC_PASS(
-            sc_cell_distances(ctx, r->team, v, masks, SC_METRIC_CHESSBOARD, &r->cell_distances));
+        SC_PASS(sc_cell_distances(ctx, r->team, v, masks, SC_METRIC_CHESSBOARD,
+                                  &r->derived.cell_distances));
         break;
     case SC_SKIP_NONE:
     case SC_SKIP_INTERIOR:
         break;
     }
-    r->visible = masks;
+    r->derived.visible = masks;
     return SC_OK;
 }
 
@@ -144,8 +144,8 @@ sc_status sc_find_visible(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show
         sc_cells cells;
 
         SC_PASS(sc_cells_build(ctx, r->team, v, masks, &cells));
-        r->cell_start = cells.start;
-        r->cells = cells.cells;
+        r->derived.cell_start = cells.start;
+        r->derived.cells = cells.cells;
     }
     return find_empty(ctx, r, masks);
 }

@@ -21,7 +21,7 @@ static size_t brick_count(const sc_occlusion *o)
 
 uint64_t sc_fades_bytes(const sc_renderer *r)
 {
-    return r->fades.mixed ? (brick_count(&r->occlusion) + SC_GATHER_BYTES) * 2 : 0;
+    return r->fades.mixed ? (brick_count(&r->derived.occlusion) + SC_GATHER_BYTES) * 2 : 0;
 }
 
 /* Find what group @p group adds to the occlusion. @param opacity room for [label_count]. */
@@ -45,12 +45,13 @@ sc_status sc_find_fades(const sc_ctx *ctx, sc_renderer *r)
 
     for (size_t id = 0; id < labels; id++)
         fades->groups = r->looks[id].group > fades->groups ? r->looks[id].group : fades->groups;
-    fades->base = r->occlusion.filled;
+    fades->base = r->derived.occlusion.filled;
     if (!fades->groups || !fades->base)
         return SC_OK;
     status = SC_ALLOC(ctx, labels, &opacity);
     if (status == SC_OK)
-        status = SC_ZALLOC(ctx, brick_count(&r->occlusion) + SC_GATHER_BYTES, &fades->mixed);
+        status =
+            SC_ZALLOC(ctx, brick_count(&r->derived.occlusion) + SC_GATHER_BYTES, &fades->mixed);
     /* No rank begins what all do together before all have come as far. */
     SC_PASS(sc_team_agree(r->team, status));
     for (int group = 1; group <= fades->groups; group++)
@@ -119,14 +120,15 @@ static void set_occlusion(sc_renderer *r, const float *factors)
 
     if (!fades->mixed)
         return;
-    r->occlusion.filled = fades->base;
+    r->derived.occlusion.filled = fades->base;
     if (!factors || !find_weights(r, factors, weights))
         return;
     if (memcmp(weights, fades->mixed_weights, sizeof weights) != 0) {
         memcpy(fades->mixed_weights, weights, sizeof weights);
-        sc_parallel_for(r->settings.threads, brick_count(&r->occlusion), 16384, mix_bricks, r);
+        sc_parallel_for(r->settings.threads, brick_count(&r->derived.occlusion), 16384, mix_bricks,
+                        r);
     }
-    r->occlusion.filled = (const uint8_t(*)[2])fades->mixed;
+    r->derived.occlusion.filled = (const uint8_t(*)[2])fades->mixed;
 }
 
 /* Set what the march knows of one tissue. @param measured_max the largest of thickness_alpha. */

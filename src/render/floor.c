@@ -25,18 +25,18 @@ enum {
 
 void sc_floor_place(sc_renderer *r)
 {
-    const sc_box3 *box = &r->hull_box;
+    const sc_box3 *box = &r->bounds.hull_box;
     const double x = box->high.x - box->low.x, y = box->high.y - box->low.y;
     const double height = box->high.z - box->low.z;
 
     /* The lamp is as high as it is far to the side: so are shadows as long as tissues are high. */
-    r->floor = (sc_floor){
+    r->light.floor = (sc_floor){
         .middle = {(box->low.x + box->high.x) / 2, (box->low.y + box->high.y) / 2, box->low.z},
         .half_mm = 0.5 * fmax(x, y) + 1.3 * height,
         .foot_mm = box->low.y};
     if (r->settings.floor == SC_GROUND_COVE) {
-        r->floor.radius_mm = CURVE_SHARE * height;
-        r->floor.half_mm += 0.7 * height; /* as on the wall, too */
+        r->light.floor.radius_mm = CURVE_SHARE * height;
+        r->light.floor.half_mm += 0.7 * height; /* as on the wall, too */
     }
 }
 
@@ -85,7 +85,7 @@ void sc_floor_points(void *user, size_t begin, size_t end, int thread)
 {
     const sc_gather *g = user;
     const sc_renderer *r = g->renderer;
-    const sc_floor *f = &r->floor;
+    const sc_floor *f = &r->light.floor;
 
     for (size_t i = begin; i < end; i++) {
         const uint32_t at[2] = {(uint32_t)(i % SIDE), (uint32_t)(i / SIDE)};
@@ -94,7 +94,7 @@ void sc_floor_points(void *user, size_t begin, size_t end, int thread)
         const sc_vec3 mm =
             roll_up(f, f->middle.x + f->half_mm * spread_out(2.0 * at[0] / (SIDE - 1) - 1),
                     f->middle.y + f->half_mm * spread_out(2.0 * at[1] / (SIDE - 1) - 1), n);
-        const sc_vec3 voxel = sc_affine_point(&r->to_voxel, mm);
+        const sc_vec3 voxel = sc_affine_point(&r->space.to_voxel, mm);
 
         *p = (sc_gather_place){.normal = {0, (float)n[1], (float)n[2]}};
         p->at[0] = (float)(voxel.x + 1);
@@ -210,7 +210,7 @@ static bool floor_light(const sc_floor *f, const sc_vec3 *at, float out[3])
 void sc_floor_show(const sc_renderer *r, const float share[3], sc_radiance *light)
 {
     for (int c = 0; c < 3 && !r->settings.transparent; c++)
-        light->rgb[c] += light->transmittance * sqrtf(share[c]) * r->tone[c];
+        light->rgb[c] += light->transmittance * sqrtf(share[c]) * r->behind.tone[c];
     /* What is behind a transparent picture is darkened, as by a veil. */
     light->transmittance *=
         r->settings.transparent ? fminf(sqrtf((share[0] + share[1] + share[2]) / 3), 1) : 0;
@@ -226,8 +226,8 @@ void sc_put_floor_behind(const sc_lens *lens, const sc_aim *aims, size_t count, 
         double normal[3];
         float share[3];
 
-        if (light[i].transmittance > 0 && sc_floor_meets(&r->floor, &sight, &at, normal) &&
-            floor_light(&r->floor, &at, share))
+        if (light[i].transmittance > 0 && sc_floor_meets(&r->light.floor, &sight, &at, normal) &&
+            floor_light(&r->light.floor, &at, share))
             sc_floor_show(r, share, &light[i]);
     }
 }

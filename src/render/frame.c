@@ -41,7 +41,7 @@ static bool has_middle_ray(int samples)
  * empty the queue. */
 static void flush_first_rays(sc_tile *t)
 {
-    const float *behind = t->f->renderer->tone;
+    const float *behind = t->f->renderer->behind.tone;
 
     sc_tile_march(t);
     for (size_t i = 0; i < t->rays.count; i++) {
@@ -137,7 +137,7 @@ static bool differs_from_neighbours(const sc_tile *t, const sc_pixel_state *pixe
  * of its pixel, and empty the queue. */
 static void flush_samples(sc_tile *t)
 {
-    const float *behind = t->f->renderer->tone;
+    const float *behind = t->f->renderer->behind.tone;
 
     sc_tile_march(t);
     for (size_t i = 0; i < t->rays.count; i++) {
@@ -163,7 +163,7 @@ static void sample_pixel(sc_tile *t, int x, int y, uint32_t target)
     sc_pixel_state *pixel = &t->pixels[target];
 
     for (int c = 0; c < 3; c++)
-        pixel->added[c] = has_first ? pixel->tone[c] - t->f->renderer->tone[c] : 0;
+        pixel->added[c] = has_first ? pixel->tone[c] - t->f->renderer->behind.tone[c] : 0;
     pixel->added_cover = has_first ? pixel->cover : 0;
     if (!sc_may_show(t->f, x, y))
         return;
@@ -210,7 +210,7 @@ static void store_transparent(const sc_renderer *r, const sc_pixel_state *g, uin
     const float cover = share * (g->sampled ? g->added_cover : g->cover);
     const float *tone = g->sampled ? g->added : g->tone;
 
-    memcpy(pixel, r->empty, 4);
+    memcpy(pixel, r->behind.empty, 4);
     if (!(cover > 0.5f / 255))
         return;
     for (int c = 0; c < 3; c++) {
@@ -237,7 +237,7 @@ static void store_row(const sc_tile *t, int y)
 
     for (int x = t->x0; x < t->x1; x++, g++, pixel += bytes) {
         if (!g->sampled && g->nothing) {
-            memcpy(pixel, r->empty, bytes);
+            memcpy(pixel, r->behind.empty, bytes);
             continue;
         }
         if (image->alpha) {
@@ -245,8 +245,9 @@ static void store_row(const sc_tile *t, int y)
             continue;
         }
         for (int c = 0; c < 3; c++) {
-            const float tone =
-                g->sampled ? r->tone[c] + g->added[c] / (float)r->settings.samples : g->tone[c];
+            const float tone = g->sampled
+                                   ? r->behind.tone[c] + g->added[c] / (float)r->settings.samples
+                                   : g->tone[c];
 
             pixel[c] = sc_srgb_level(&r->srgb, tone * tone);
         }
@@ -279,7 +280,7 @@ static void fill_empty(const sc_tile *t)
         uint8_t *pixel = image->rgb + (row + (size_t)(viewport->x_px + t->x0)) * bytes;
 
         for (int x = t->x0; x < t->x1; x++, pixel += bytes)
-            memcpy(pixel, t->f->renderer->empty, bytes);
+            memcpy(pixel, t->f->renderer->behind.empty, bytes);
     }
 }
 
@@ -320,9 +321,9 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
 {
     const sc_frame *f = user;
     const sc_render_settings *s = &f->renderer->settings;
-    sc_render_span *span = &f->renderer->spans[thread];
+    sc_render_span *span = &f->renderer->room.spans[thread];
     const int side = s->tile_px + 2;
-    sc_render_stats *stats = &f->renderer->stats[thread];
+    sc_render_stats *stats = &f->renderer->room.stats[thread];
     sc_tile t; /* not initialised as a whole, because it is large */
     double begin_s;
 
@@ -332,9 +333,9 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
     if (span->begin_s == 0)
         span->begin_s = sc_wall_s();
     t.f = f;
-    t.pixels = f->renderer->pixels + (size_t)thread * (size_t)side * (size_t)side;
-    t.blurred = f->renderer->blurred
-                    ? f->renderer->blurred + (size_t)thread * (size_t)side * (size_t)side
+    t.pixels = f->renderer->room.pixels + (size_t)thread * (size_t)side * (size_t)side;
+    t.blurred = f->renderer->room.blurred
+                    ? f->renderer->room.blurred + (size_t)thread * (size_t)side * (size_t)side
                     : NULL;
     t.stride = side;
     t.thread = thread;
@@ -364,10 +365,10 @@ void sc_render_stats_add(sc_render_stats *sum, const sc_render_stats *more)
 
 void sc_renderer_spans(sc_renderer *r, sc_render_span *out)
 {
-    const size_t bytes = (size_t)r->settings.threads * sizeof *r->spans;
+    const size_t bytes = (size_t)r->settings.threads * sizeof *r->room.spans;
 
-    memcpy(out, r->spans, bytes);
-    memset(r->spans, 0, bytes);
+    memcpy(out, r->room.spans, bytes);
+    memset(r->room.spans, 0, bytes);
 }
 
 /* @p value limited to [0, @p high]. */
@@ -383,20 +384,20 @@ static void begin_view(sc_frame *f)
 
     sc_begin_tissues(r, f->scene);
     sc_begin_scene(r, f->scene, f->viewport->height_px);
-    if (r->gather && !r->hurries && !f->scene->slice && !f->scene->inside)
-        sc_gather_scene(r->gather, r, f->scene);
+    if (r->light.gather && !r->hurries && !f->scene->slice && !f->scene->inside)
+        sc_gather_scene(r->light.gather, r, f->scene);
     else if (r->hurries)
         memset(r->march.around, 0, sizeof r->march.around);
     if (sc_fades_away(r)) {
-        r->on_white = r->march;
+        r->behind.on_white = r->march;
         for (int i = 0; i < 3; i++)
-            r->on_white.light.cue_rgb[i] = 1;
+            r->behind.on_white.light.cue_rgb[i] = 1;
     }
     sc_lens_init(&f->lens, r, f->scene, f->viewport);
     /* The map is made anew only if scene or viewport differ from the last ones: a rank may draw
      * several bands of one frame, one after the other. */
     sc_cover_view(r, f->scene, f->viewport);
-    f->cover = r->last_cover;
+    f->cover = r->cover.map;
     sc_parts_begin(r, f->scene, f->viewport);
     if (sc_traces_paths(r, f->scene))
         sc_paths_begin(r);
@@ -432,12 +433,12 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *pa
         return;
 
     begin_view(&f);
-    memcpy(f.nothing.tone, r->tone, sizeof f.nothing.tone);
-    memset(r->stats, 0, (size_t)r->settings.threads * sizeof *r->stats);
+    memcpy(f.nothing.tone, r->behind.tone, sizeof f.nothing.tone);
+    memset(r->room.stats, 0, (size_t)r->settings.threads * sizeof *r->room.stats);
     sc_parallel_for(r->settings.threads, (size_t)f.tiles_x * (size_t)tiles_y, 1, draw_tiles, &f);
     for (int i = 0; i < r->settings.threads; i++) {
-        sc_add_counters(&stats->counters, &r->stats[i].counters);
-        stats->cpu_s += r->stats[i].cpu_s;
+        sc_add_counters(&stats->counters, &r->room.stats[i].counters);
+        stats->cpu_s += r->room.stats[i].cpu_s;
     }
     stats->wall_s = sc_wall_s() - begin_s;
 }
@@ -445,7 +446,7 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *pa
 void sc_renderer_hurry(sc_renderer *r, bool hurries)
 {
     r->hurries = hurries;
-    r->last_viewport = (sc_viewport){0}; /* what scenes point to may have changed meanwhile */
+    r->cover.viewport = (sc_viewport){0}; /* what scenes point to may have changed meanwhile */
 }
 
 sc_pick sc_render_pick(sc_renderer *r, const sc_scene *scene, const int size_px[2], double x_px,
@@ -505,7 +506,7 @@ static void count_rows(void *user, size_t begin, size_t end, int thread)
                 r->kernel->march(&r->march, &ray, NULL, 1, &light, out);
         }
     }
-    f->renderer->stats[thread].cpu_s += sc_thread_cpu_s() - begin_s;
+    f->renderer->room.stats[thread].cpu_s += sc_thread_cpu_s() - begin_s;
 }
 
 void sc_render_counts(sc_renderer *r, const sc_scene *scene, int width_px, int height_px,
@@ -519,11 +520,11 @@ void sc_render_counts(sc_renderer *r, const sc_scene *scene, int width_px, int h
     *stats = (sc_render_stats){0};
     memset(out, 0, pixels * sizeof *out);
     begin_view(&c.f);
-    memset(r->stats, 0, (size_t)r->settings.threads * sizeof *r->stats);
+    memset(r->room.stats, 0, (size_t)r->settings.threads * sizeof *r->room.stats);
     sc_parallel_for(r->settings.threads, (size_t)height_px, 1, count_rows, &c);
     for (size_t i = 0; i < pixels; i++)
         sc_add_counters(&stats->counters, &out[i]);
     for (int i = 0; i < r->settings.threads; i++)
-        stats->cpu_s += r->stats[i].cpu_s;
+        stats->cpu_s += r->room.stats[i].cpu_s;
     stats->wall_s = sc_wall_s() - begin_s;
 }

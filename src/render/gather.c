@@ -10,7 +10,7 @@
 /* Compute the ray directions of all parts, to the sky and to the lamp as it stands in this view. */
 static void make_directions(sc_gather *g)
 {
-    g->lamp = g->renderer->sky.lamp;
+    g->lamp = g->renderer->light.sky.lamp;
     for (uint32_t i = 0; i < SC_GATHER_PARTS * SC_GATHER_RAYS; i++) {
         const uint32_t part = i / SC_GATHER_RAYS, ray = i % SC_GATHER_RAYS;
         double point[2], direction[3];
@@ -163,7 +163,7 @@ sc_status sc_gather_new_kept(const sc_ctx *ctx, const sc_renderer *r, sc_gather 
     g->is_kept = true;
     g->fields[0].border = &r->volume->outer;
     g->fields[1].border = &r->volume->inner;
-    for (int k = 0; k < (r->shows_inner ? SC_GATHER_FIELDS : 1); k++)
+    for (int k = 0; k < (r->derived.shows_inner ? SC_GATHER_FIELDS : 1); k++)
         SC_PASS(allocate(ctx, g, true, g->fields[k].border->count + 1, sizeof *g->fields[k].around,
                          &g->fields[k].around));
     if (r->settings.floor)
@@ -252,7 +252,7 @@ static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_sce
     const bool again = g->is_known && same_tissues(g, SHOWN) && convex == g->is_convex &&
                        (convex || same_planes(scene, &g->scene)) &&
                        (light->lamp > 0) == (g->lamp_strength > 0);
-    const bool lamp_moves = !same_lamp(&g->lamp, &r->sky.lamp);
+    const bool lamp_moves = !same_lamp(&g->lamp, &r->light.sky.lamp);
     const bool stays = again && same_tissues(g, OPACITIES), traced = stays && !lamp_moves;
     const bool summed = traced && same_tissues(g, COLORS) && same_planes(scene, &g->scene) &&
                         light->sky == g->sky_strength && light->lamp == g->lamp_strength;
@@ -261,7 +261,7 @@ static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_sce
 
     for (int k = 0; k < SC_GATHER_FIELDS; k++)
         r->march.around[k] = g->fields[k].around;
-    r->floor.light = (const float(*)[3])g->floor;
+    r->light.floor.light = (const float(*)[3])g->floor;
     if (summed || g->is_kept)
         return;
     /* What is shared is never written by one rank: moments between frames, which alone may differ

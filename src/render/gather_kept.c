@@ -29,9 +29,9 @@ static uint64_t hash_of(const sc_renderer *r, const sc_scene *scene)
 
     hash = sc_hash_bytes(&l->ambient, sizeof l->ambient, hash);
     hash = sc_hash_bytes(&l->key, sizeof l->key, hash);
-    hash = sc_hash_bytes(&r->sky.lamp, sizeof r->sky.lamp, hash);
-    hash = sc_hash_bytes(&r->sky.gain, sizeof r->sky.gain, hash);
-    hash = sc_hash_bytes(r->sky.coarse, sizeof r->sky.coarse, hash);
+    hash = sc_hash_bytes(&r->light.sky.lamp, sizeof r->light.sky.lamp, hash);
+    hash = sc_hash_bytes(&r->light.sky.gain, sizeof r->light.sky.gain, hash);
+    hash = sc_hash_bytes(r->light.sky.coarse, sizeof r->light.sky.coarse, hash);
     hash = sc_hash_bytes(&r->march.box_low, sizeof r->march.box_low, hash);
     hash = sc_hash_bytes(&r->march.box_high, sizeof r->march.box_high, hash);
     for (int id = 0; id < v->label_count; id++) {
@@ -54,7 +54,7 @@ static uint64_t hash_of(const sc_renderer *r, const sc_scene *scene)
         hash = sc_hash_bytes(plane, sizeof plane, hash);
     }
     hash = sc_hash_bytes(&r->settings.floor, sizeof r->settings.floor, hash);
-    return sc_hash_bytes(&r->shows_inner, sizeof r->shows_inner, hash);
+    return sc_hash_bytes(&r->derived.shows_inner, sizeof r->derived.shows_inner, hash);
 }
 
 sc_status sc_gather_kept_path(const sc_ctx *ctx, const sc_renderer *r, const sc_scene *scene,

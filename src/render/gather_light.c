@@ -24,7 +24,7 @@ static inline void add_free(const sc_gather *g, const sc_gather_place *p, int i,
         sum[k] += g->lamp_strength * cosine / SC_GATHER_LAMP;
     if (i >= SC_GATHER_DIRECTIONS)
         return;
-    sc_sky_blurred(&g->renderer->sky, d, rgb);
+    sc_sky_blurred(&g->renderer->light.sky, d, rgb);
     for (int k = 0; k < 3; k++)
         sum[k] += g->sky_strength * rgb[k] / SC_GATHER_DIRECTIONS;
 }

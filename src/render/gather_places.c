@@ -266,7 +266,7 @@ static void set_place(const sc_renderer *r, bool inner, const int q[3], uint32_t
     for (int i = 0; i < 3; i++) {
         direction[i] = 0;
         for (int j = 0; j < 3; j++)
-            direction[i] += r->to_voxel.m[i][j] * out->normal[j];
+            direction[i] += r->space.to_voxel.m[i][j] * out->normal[j];
         length += direction[i] * direction[i];
     }
     length = sqrt(length);
@@ -329,7 +329,7 @@ sc_status sc_gather_find_places(const sc_ctx *ctx, sc_gather *g)
     const size_t bricks = sc_brick_count(r->volume->bricks);
     void *data;
 
-    for (int k = 0; k < (r->shows_inner ? SC_GATHER_FIELDS : 1); k++)
+    for (int k = 0; k < (r->derived.shows_inner ? SC_GATHER_FIELDS : 1); k++)
         SC_PASS(allocate_field(ctx, g, &g->fields[k]));
     sc_gather_for(g, bricks, 1024, mark_places);
     sc_gather_for(g, bricks, 1024, thin_places);

@@ -17,21 +17,21 @@ static void set_window(sc_renderer *r, const sc_grey_window *window)
 {
     const sc_grey *from = r->settings.grey;
 
-    r->grey.black = (float)((window->level - window->width / 2 - from->low) / from->per_code);
-    r->grey.white_less = (float)(from->per_code / window->width);
+    r->grey.march.black = (float)((window->level - window->width / 2 - from->low) / from->per_code);
+    r->grey.march.white_less = (float)(from->per_code / window->width);
 }
 
 sc_status sc_fill_grey(const sc_ctx *ctx, sc_renderer *r)
 {
     const sc_grey *from = r->settings.grey;
-    sc_march_grey *g = &r->grey;
+    sc_march_grey *g = &r->grey.march;
     sc_affine from_ras, from_voxel;
 
     if (!from)
         return SC_OK;
     if (!sc_affine_invert(&from->to_ras_mm, &from_ras))
         return sc_fail(ctx, SC_ERR_DATA, "the geometry of the image is singular");
-    r->to_grey = from_ras;
+    r->grey.to_grey = from_ras;
     from_voxel = sc_affine_compose(&from_ras, &r->volume->to_ras_mm);
     g->codes = from->codes;
     memcpy(g->size, from->size, sizeof g->size);
@@ -100,18 +100,18 @@ static void mark_bricks(void *user, size_t begin, size_t end, int thread)
  * quarter of a step and a share of a code are more than what rounding adds to a sample. */
 static sc_status find_bricks(const sc_ctx *ctx, sc_renderer *r)
 {
-    sc_march_backdrop *b = &r->backdrop;
-    const double white_less = (double)r->grey.white_less;
-    brick_finder f = {.grey = &r->grey, .below = white_less < 0};
+    sc_march_backdrop *b = &r->grey.backdrop;
+    const double white_less = (double)r->grey.march.white_less;
+    brick_finder f = {.grey = &r->grey.march, .below = white_less < 0};
     void *masks = NULL;
     uint8_t *distances;
     int framed[3];
     sc_status status;
 
-    f.limit = (double)r->grey.black + 0.25 / SC_BACKDROP_STEPS / white_less;
+    f.limit = (double)r->grey.march.black + 0.25 / SC_BACKDROP_STEPS / white_less;
     f.limit += f.below ? 0.05 : -0.05;
     for (int i = 0; i < 3; i++)
-        f.bricks[i] = b->bricks[i] = (r->grey.size[i] + SC_BRICK - 2) / SC_BRICK + 1;
+        f.bricks[i] = b->bricks[i] = (r->grey.march.size[i] + SC_BRICK - 2) / SC_BRICK + 1;
     sc_framed_size(f.bricks, framed);
     SC_TRY(sc_team_alloc(ctx, r->team, sc_brick_count(framed), sizeof *f.masks, &masks));
     f.masks = masks;
@@ -126,21 +126,22 @@ out:
 sc_status sc_find_backdrop(const sc_ctx *ctx, sc_renderer *r)
 {
     const sc_renderer *lender = r->settings.lender;
-    sc_march_backdrop *b = &r->backdrop;
+    sc_march_backdrop *b = &r->grey.backdrop;
 
     if (!r->settings.grey || !(r->settings.grey_look.backdrop > 0))
         return SC_OK;
-    b->grey = &r->grey;
+    b->grey = &r->grey.march;
     b->step_mm = HUGE_VALF;
     for (int i = 0; i < 3; i++)
         b->step_mm = fminf(
             b->step_mm, (float)sc_vec3_length(sc_affine_column(&r->settings.grey->to_ras_mm, i)));
-    r->follow_backdrop = sc_backdrop_find(r->settings.skip, r->grey.size, r->settings.cpu);
+    r->grey.follow_backdrop =
+        sc_backdrop_find(r->settings.skip, r->grey.march.size, r->settings.cpu);
     if (!sc_skip_is_wide(r->settings.skip))
         return SC_OK;
-    if (lender && lender->backdrop.distances) { /* of the same grey volume */
-        b->distances = lender->backdrop.distances;
-        memcpy(b->bricks, lender->backdrop.bricks, sizeof b->bricks);
+    if (lender && lender->grey.backdrop.distances) { /* of the same grey volume */
+        b->distances = lender->grey.backdrop.distances;
+        memcpy(b->bricks, lender->grey.backdrop.bricks, sizeof b->bricks);
         return SC_OK;
     }
     return find_bricks(ctx, r);
@@ -149,7 +150,7 @@ sc_status sc_find_backdrop(const sc_ctx *ctx, sc_renderer *r)
 /* Set what of the backdrop depends on the view. @param opacity of 10 mm of what is white. */
 static void set_backdrop(sc_renderer *r, double opacity)
 {
-    sc_march_backdrop *b = &r->backdrop;
+    sc_march_backdrop *b = &r->grey.backdrop;
     const sc_march_light *l = &r->march.light;
 
     /* Attenuation grows with the place in the window: half as white is half as dense. */
@@ -176,9 +177,10 @@ void sc_set_grey(sc_renderer *r, const sc_scene *scene)
         return;
     set_window(r, scene->has_look ? &scene->look.grey_window : &all->window);
     r->march.grey_share = (float)(scene->slice ? slices : caps);
-    r->march.grey = r->march.grey_share > 0 ? &r->grey : NULL;
-    r->grey_behind = scene->slice ? r->march.grey != NULL : r->follow_backdrop && backdrop > 0;
-    if (r->grey_behind && !scene->slice)
+    r->march.grey = r->march.grey_share > 0 ? &r->grey.march : NULL;
+    r->grey.is_behind =
+        scene->slice ? r->march.grey != NULL : r->grey.follow_backdrop && backdrop > 0;
+    if (r->grey.is_behind && !scene->slice)
         set_backdrop(r, fmin(backdrop, 1));
 }
 
@@ -195,7 +197,7 @@ static float slice_point(const sc_lens *lens, double x_px, double y_px, float po
     const double depth = -(sc_vec3_dot(plane->normal, eye) + plane->offset_mm) /
                          sc_vec3_dot(plane->normal, c->forward);
     const sc_vec3 at =
-        sc_affine_point(&lens->renderer->to_voxel, sc_vec3_along(eye, depth, c->forward));
+        sc_affine_point(&lens->renderer->space.to_voxel, sc_vec3_along(eye, depth, c->forward));
 
     point[0] = (float)(at.x + 1);
     point[1] = (float)(at.y + 1);
@@ -217,7 +219,7 @@ static void put_slice(const sc_lens *lens, const sc_aim *aims, size_t count, sc_
         depth_mm = slice_point(lens, aims[i].x_px, aims[i].y_px, point);
         if (!sc_kernel_grey(&r->march, point, depth_mm, tone))
             continue;
-        if (sc_fades_away(r) && sc_kernel_grey(&r->on_white, point, depth_mm, on_white))
+        if (sc_fades_away(r) && sc_kernel_grey(&r->behind.on_white, point, depth_mm, on_white))
             left = on_white[0] - tone[0]; /* as in sc_march_rays; all channels are alike */
         for (int c = 0; c < 3; c++)
             here->rgb[c] += here->transmittance * tone[c];
@@ -254,13 +256,13 @@ static bool make_backdrop_ray(const sc_lens *lens, const sc_aim *aim, sc_backdro
     const sc_renderer *r = lens->renderer;
     const sc_scene *scene = lens->scene;
     const sc_sight sight = sc_line_of_sight(lens, aim);
-    const sc_vec3 eye = sc_affine_point(&r->to_grey, sight.eye_mm);
-    const sc_vec3 along = sc_affine_vector(&r->to_grey, sight.direction);
+    const sc_vec3 eye = sc_affine_point(&r->grey.to_grey, sight.eye_mm);
+    const sc_vec3 along = sc_affine_vector(&r->grey.to_grey, sight.direction);
     double ends[2] = {0, HUGE_VAL};
     sc_vec3 origin;
     sc_interval kept[2];
 
-    if (!clip_to_box(&r->grey, eye, along, ends))
+    if (!clip_to_box(&r->grey.march, eye, along, ends))
         return false;
     ray->stretches =
         sc_clip_ray(scene->planes, scene->clip_set_count ? scene->clip_sets[0] : 0,
@@ -295,7 +297,7 @@ static void put_backdrop(const sc_lens *lens, const sc_aim *aims, size_t count, 
     }
     if (!found)
         return;
-    r->follow_backdrop(&r->backdrop, rays, found, behind);
+    r->grey.follow_backdrop(&r->grey.backdrop, rays, found, behind);
     for (size_t k = 0; k < found; k++) {
         sc_radiance *here = &light[target[k]];
 

@@ -88,68 +88,107 @@ typedef struct sc_floor {
                                 be without tissues; borrowed from gather */
 } sc_floor;
 
+/* What is derived from the volume for its tissues. The team holds it, down to the cells, unless it
+ * is borrowed from volume->stored. */
+typedef struct sc_derived {
+    const uint64_t *visible;  /* masks of sc_visible_masks (voxel) or sc_visible_cells (smooth) */
+    const uint8_t *distances; /* SC_SKIP_LEAP only, else NULL */
+    sc_pyramid pyramid;       /* SC_SKIP_OCTREE only, else empty; its masks are those of visible */
+    uint8_t *cell_distances;  /* SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD only, else NULL */
+    const uint32_t *cell_start;  /* as of sc_cells: smooth and wide kernels only, else NULL */
+    const sc_packed_cell *cells; /* the same */
+    sc_occlusion occlusion;      /* empty if the light does without; see also sc_renderer.fades */
+    bool shows_inner;            /* surfaces between two tissues can be seen */
+} sc_derived;
+
+/* Where anything can be visible; owned, but for the hull, which the team holds. */
+typedef struct sc_bounds {
+    sc_block *blocks; /* [block_count] */
+    size_t block_count;
+    bool has_tight_blocks; /* blocks are boxes around what is visible in each brick: many more, but
+                              fewer rays miss. So it is with parts, whose edges are longer */
+    const sc_vec3 *hull;   /* [hull_count], see sc_renderer_hull */
+    size_t hull_count;
+    sc_box3 hull_box; /* in mm */
+} sc_bounds;
+
+/* The map of a view, which the bands of one frame share. */
+typedef struct sc_kept_cover {
+    uint8_t *squares; /* room for them: [SC_COVER_SIDE][SC_COVER_SIDE]; owned */
+    sc_cover map;     /* the one in that room, and what it is a map of */
+    sc_scene scene;
+    sc_viewport viewport;
+    bool covers_all; /* the map is of no use: any pixel may show something; see sc_decide_cover() */
+} sc_kept_cover;
+
+/* The volume in space. */
+typedef struct sc_volume_space {
+    sc_affine to_voxel; /* from RAS mm to voxel coordinates */
+    sc_box3 box;        /* in voxels: the box that rays are marched within */
+    sc_vec3 middle_mm;  /* middle and radius of the sphere around the volume */
+    double radius_mm;
+} sc_volume_space;
+
+/* The grey volume of the settings. */
+typedef struct sc_grey_march {
+    sc_march_grey march;
+    sc_march_backdrop backdrop; /* for the present view, if its look has one */
+    sc_backdrop_fn *follow_backdrop;
+    sc_affine to_grey; /* from RAS mm to its voxels */
+    bool is_behind;    /* the present view shows it behind the tissues, in any pixel */
+} sc_grey_march;
+
+/* Light from all around. */
+typedef struct sc_light_around {
+    sc_sky sky;                  /* owned */
+    bool traces;                 /* light comes by paths, where the view allows: sc_traces_paths */
+    sc_march traced;             /* what paths march through, of the present view */
+    uint32_t (*path_numbers)[2]; /* as of sc_path_numbers_make; NULL: no paths are traced; owned */
+    sc_gather *gather;           /* NULL: light from all around is not gathered; owned */
+    sc_floor floor;
+} sc_light_around;
+
+/* What rays are blended with behind all tissues, in the present view. */
+typedef struct sc_behind {
+    sc_march on_white; /* without a background, and if the far end fades: march, fading to white */
+    float tone[3];     /* of the background, black if there is none: the square roots of linear
+                          light, with which rays are blended */
+    uint8_t empty[4];  /* the background as a pixel, sRGB, or as one of alpha 0 */
+} sc_behind;
+
+/* The memory of each thread; owned, unless the settings have a lender. */
+typedef struct sc_thread_room {
+    sc_render_stats *stats;       /* [threads], of the present frame */
+    sc_render_span *spans;        /* [threads] */
+    sc_pixel_state *pixels;       /* [threads][(tile + 2)^2]: a tile within a frame of one pixel */
+    sc_blurred_pixel *blurred;    /* the same of pictures with an aperture, else NULL */
+    sc_lens_sample *lens_samples; /* [SC_LENS_BLOCK^2][settings.lens_samples]: of each pixel of a
+                                     square of them; NULL if there are none */
+} sc_thread_room;
+
 /* Owns what its pointers point to, except the volume and the kernel. */
 struct sc_renderer {
     sc_render_settings settings;
     bool hurries;              /* see sc_renderer_hurry */
     const sc_prepared *volume; /* borrowed */
     const sc_kernel *kernel;   /* of the constant table */
-    sc_march march;     /* points to the members below; light, background, depth cue and clip planes
-                           are set for each view */
-    sc_march on_white;  /* without a background, and if the far end fades: march, fading to white */
-    sc_march_grey grey; /* of settings.grey */
-    sc_march_backdrop backdrop; /* of grey; for the present view, if its look has one */
-    sc_backdrop_fn *follow_backdrop;
-    sc_affine to_grey;        /* from RAS mm to voxels of settings.grey */
-    sc_march_tissue *tissues; /* [label_count] */
-    sc_full_look *looks;      /* [label_count] */
+    sc_march march;            /* points to the members below; light, background, depth cue and clip
+                                  planes are set for each view */
+    sc_march_tissue *tissues;  /* [label_count] */
+    sc_full_look *looks;       /* [label_count] */
+    bool colors_are_set;       /* the colours of tissues may be other than those of looks */
     sc_fades fades;
-    struct sc_parts *parts;  /* NULL: no tissue moves */
-    sc_team *team;           /* holds what is derived from the volume, down to the hull, unless that
-                                is borrowed from volume->stored */
-    const uint64_t *visible; /* masks of sc_visible_masks (voxel) or sc_visible_cells (smooth) */
-    const uint8_t *distances; /* SC_SKIP_LEAP only, else NULL */
-    sc_pyramid pyramid;       /* SC_SKIP_OCTREE only, else empty; its masks are those of visible */
-    uint8_t *cell_distances;  /* SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD only, else NULL */
-    const uint32_t *cell_start;  /* as of sc_cells: smooth and wide kernels only, else NULL */
-    const sc_packed_cell *cells; /* the same */
-    sc_occlusion occlusion;      /* empty if the light does without; see also fades */
-    sc_sky sky;                  /* owned */
-    bool traces;     /* light comes by paths, where the view allows for it: sc_traces_paths */
-    sc_march traced; /* what paths march through, of the present view */
-    uint32_t (*path_numbers)[2]; /* as of sc_path_numbers_make; NULL: no paths are traced; owned */
-    sc_gather *gather;           /* NULL: light from all around is not gathered; owned */
-    sc_floor floor;
-    bool shows_inner; /* surfaces between two tissues can be seen */
-    sc_block *blocks; /* [block_count] */
-    size_t block_count;
-    const sc_vec3 *hull; /* [hull_count], see sc_renderer_hull */
-    size_t hull_count;
-    sc_box3 hull_box;    /* in mm */
-    uint8_t *cover;      /* room for the squares of a map: [SC_COVER_SIDE][SC_COVER_SIDE] */
-    sc_cover last_cover; /* the map in that room, which the bands of one frame share ... */
-    sc_scene last_scene; /* ... and what it is a map of */
-    sc_viewport last_viewport;
-    sc_affine to_voxel; /* from RAS mm to voxel coordinates */
-    sc_box3 box;        /* in voxels: the box that rays are marched within */
-    sc_vec3 middle_mm;  /* middle and radius of the sphere around the volume */
-    double radius_mm;
+    struct sc_parts *parts; /* NULL: no tissue moves */
+    sc_team *team;
+    sc_derived derived;
+    sc_bounds bounds;
+    sc_volume_space space;
+    sc_grey_march grey;
+    sc_light_around light;
+    sc_behind behind;
+    sc_kept_cover cover;
     sc_srgb_table srgb; /* from linear light to levels of a pixel */
-    float tone[3];      /* of the background of the present view, black if there is none: the
-                           square roots of linear light, with which rays are blended */
-    uint8_t empty[4];   /* the background as a pixel, sRGB, or as one of alpha 0 */
-    bool grey_behind;   /* the present view shows settings.grey behind the tissues, in any pixel */
-    bool has_tight_blocks; /* blocks are boxes around what is visible in each brick: many more, but
-                              fewer rays miss. So it is with parts, whose edges are longer */
-    bool colors_are_set;   /* the colours of tissues may be other than those of looks */
-    bool covers_all; /* the map is of no use: any pixel may show something; see sc_decide_cover() */
-    sc_render_stats *stats;       /* [threads], of the present frame */
-    sc_render_span *spans;        /* [threads] */
-    sc_pixel_state *pixels;       /* [threads][(tile + 2)^2]: a tile within a frame of one pixel; of
-                                     settings.lender, if there is one */
-    sc_blurred_pixel *blurred;    /* the same of pictures with an aperture, else NULL; owned */
-    sc_lens_sample *lens_samples; /* [SC_LENS_BLOCK^2][settings.lens_samples]: of each pixel of a
-                                     square of them; NULL if there are none; owned */
+    sc_thread_room room;
 };
 
 /* @return whether what is being drawn is to be given up: see sc_render_settings. */
@@ -219,7 +258,7 @@ void sc_put_grey_behind(const sc_lens *lens, const sc_aim *aims, size_t count, s
 /* Is anything seen behind the tissues, in any pixel of the present view? */
 static inline bool sc_shows_behind(const sc_renderer *r)
 {
-    return r->grey_behind || r->floor.is_shown;
+    return r->grey.is_behind || r->light.floor.is_shown;
 }
 
 /* Place the floor below all that is visible. */

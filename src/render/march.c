@@ -39,7 +39,7 @@ void sc_march_rays(const sc_renderer *r, const sc_ray *rays, size_t count, sc_ra
     r->kernel->march(&r->march, rays, NULL, count, out, counters);
     if (!sc_fades_away(r))
         return;
-    r->kernel->march(&r->on_white, rays, NULL, count, white, &again);
+    r->kernel->march(&r->behind.on_white, rays, NULL, count, white, &again);
     fade_away(count, out, white);
 }
 
@@ -198,8 +198,8 @@ static void march_part(const bundle *b, int p, size_t count)
         room->light[k] = b->out[i];
         room->again[k] = room->part_ways[k];
     }
-    own->kernel->march(b->lines ? &own->traced : &own->march, room->rays, room->part_ways, count,
-                       room->light, b->counters);
+    own->kernel->march(b->lines ? &own->light.traced : &own->march, room->rays, room->part_ways,
+                       count, room->light, b->counters);
     for (size_t k = 0; k < count; k++) {
         *way_of(b, p, room->target[k]) = room->part_ways[k];
         b->out[room->target[k]] = room->light[k];
@@ -208,7 +208,7 @@ static void march_part(const bundle *b, int p, size_t count)
         return;
     for (size_t k = 0; k < count; k++)
         room->light[k] = room->white[room->target[k]];
-    own->kernel->march(&own->on_white, room->rays, room->again, count, room->light, &again);
+    own->kernel->march(&own->behind.on_white, room->rays, room->again, count, room->light, &again);
     for (size_t k = 0; k < count; k++)
         room->white[room->target[k]] = room->light[k];
 }
@@ -240,8 +240,8 @@ static void follow(bundle *b, int p)
 static bool meets_box(const bundle *b, int p, const sc_line *line, float *near_mm)
 {
     const sc_part *part = &b->renderer->parts->list[p];
-    const sc_affine *to_voxel = &part->renderer->to_voxel;
-    const sc_box3 *box = &part->renderer->box;
+    const sc_affine *to_voxel = &part->renderer->space.to_voxel;
+    const sc_box3 *box = &part->renderer->space.box;
     const sc_vec3 from =
         sc_affine_point(to_voxel, sc_vec3_sub(line->from_mm, part->scene.offsets_mm[part->label]));
     const sc_vec3 along = sc_affine_vector(to_voxel, line->direction);

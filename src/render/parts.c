@@ -19,7 +19,7 @@ enum { WHOLE = 256 /* of the weights with which occlusions are mixed */ };
 /* @return the bytes of an occlusion as the march reads it; those beyond the bricks are 0. */
 static size_t occlusion_bytes(const sc_renderer *r)
 {
-    return 2 * (sc_brick_count(r->occlusion.size) + SC_GATHER_BYTES);
+    return 2 * (sc_brick_count(r->derived.occlusion.size) + SC_GATHER_BYTES);
 }
 
 /* Make what the rank has for itself of part @p p, but for what is derived from the volume. @param
@@ -36,13 +36,13 @@ static sc_status begin_part(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *
     own->volume = r->volume;
     own->kernel = r->kernel;
     own->team = r->team;
-    own->to_voxel = r->to_voxel;
+    own->space.to_voxel = r->space.to_voxel;
     own->fades.groups = r->fades.groups;
-    own->has_tight_blocks = true;
+    own->bounds.has_tight_blocks = true;
     SC_PASS(SC_ALLOC(ctx, labels, &own->tissues));
     SC_PASS(SC_ZALLOC(ctx, labels, &own->looks));
-    SC_PASS(sc_alloc(ctx, SC_COVER_SIDE, SC_COVER_SIDE, &own->cover));
-    if (r->occlusion.filled) {
+    SC_PASS(sc_alloc(ctx, SC_COVER_SIDE, SC_COVER_SIDE, &own->cover.squares));
+    if (r->derived.occlusion.filled) {
         SC_PASS(sc_zalloc(ctx, occlusion_bytes(r), 1, &part->mixed));
     }
     sc_fill_tissues(own, mine, show, opacity);
@@ -57,12 +57,12 @@ static sc_status derive_part(const sc_ctx *ctx, const sc_renderer *r, sc_part *p
     sc_renderer *own = part->renderer;
 
     SC_PASS(sc_find_visible(ctx, own, show));
-    if (r->occlusion.filled) {
-        SC_PASS(sc_occlusion_build(ctx, r->team, r->volume, opacity, &own->occlusion));
-        part->filled = own->occlusion.filled;
+    if (r->derived.occlusion.filled) {
+        SC_PASS(sc_occlusion_build(ctx, r->team, r->volume, opacity, &own->derived.occlusion));
+        part->filled = own->derived.occlusion.filled;
     }
     sc_decide_cover(own);
-    if (!own->covers_all)
+    if (!own->cover.covers_all)
         SC_PASS(sc_find_blocks(ctx, own));
     return SC_OK;
 }
@@ -149,7 +149,7 @@ void sc_parts_free(sc_renderer *r)
             continue;
         sc_free(part->renderer->tissues);
         sc_free(part->renderer->looks);
-        sc_free(part->renderer->cover);
+        sc_free(part->renderer->cover.squares);
         sc_free(part->renderer);
     }
     sc_free(r->parts->rooms);
@@ -246,21 +246,21 @@ static double share_left(const sc_renderer *own, const float *factors)
 static void set_occlusion(const sc_renderer *r, int p, double share, const sc_scene *scene)
 {
     sc_part *part = &r->parts->list[p];
-    sc_occlusion *to = &part->renderer->occlusion;
+    sc_occlusion *to = &part->renderer->derived.occlusion;
     int weights[2 + SC_FADE_GROUPS_MAX] = {0};
-    mixture m = {.all = r->occlusion.filled, .own = part->filled, .to = part->mixed};
+    mixture m = {.all = r->derived.occlusion.filled, .own = part->filled, .to = part->mixed};
 
-    if (!r->occlusion.filled)
+    if (!r->derived.occlusion.filled)
         return;
     m.all_weight = WHOLE - (int)floor(WHOLE * share + 0.5);
     m.own_weight =
         (int)floor((WHOLE - m.all_weight) * share_left(part->renderer, scene->fades) + 0.5);
-    to->filled = r->occlusion.filled;
+    to->filled = r->derived.occlusion.filled;
     if (m.all_weight == WHOLE)
         return;
     weights[0] = m.all_weight;
     weights[1] = m.own_weight;
-    if (r->occlusion.filled != r->fades.base)
+    if (r->derived.occlusion.filled != r->fades.base)
         memcpy(weights + 2, r->fades.mixed_weights, sizeof r->fades.mixed_weights);
     if (memcmp(weights, part->mixed_weights, sizeof weights) != 0) {
         memcpy(part->mixed_weights, weights, sizeof weights);
@@ -274,17 +274,17 @@ static void set_occlusion(const sc_renderer *r, int p, double share, const sc_sc
 /* Set the march of a part to that of all, but for what follows from its tissues. */
 static void set_march(const sc_renderer *r, sc_renderer *own)
 {
-    const sc_box3 *box = &own->box;
+    const sc_box3 *box = &own->space.box;
 
     own->march = r->march;
-    own->march.visible = own->visible;
-    own->march.distances = own->distances;
-    own->march.pyramid = &own->pyramid;
-    own->march.cell_distances = own->cell_distances;
-    own->march.cell_start = own->cell_start;
-    own->march.cells = own->cells;
+    own->march.visible = own->derived.visible;
+    own->march.distances = own->derived.distances;
+    own->march.pyramid = &own->derived.pyramid;
+    own->march.cell_distances = own->derived.cell_distances;
+    own->march.cell_start = own->derived.cell_start;
+    own->march.cells = own->derived.cells;
     own->march.tissues = own->tissues;
-    own->march.occlusion = r->march.occlusion ? &own->occlusion : NULL;
+    own->march.occlusion = r->march.occlusion ? &own->derived.occlusion : NULL;
     for (int i = 0; i < 3; i++) { /* grid coordinates are those of voxels plus one */
         own->march.box_low[i] = (float)(i == 0 ? box->low.x : i == 1 ? box->low.y : box->low.z) + 1;
         own->march.box_high[i] = (float)(i == 0   ? box->high.x
@@ -307,9 +307,9 @@ static void begin_view(sc_renderer *r, int p, const sc_scene *scene, const sc_vi
     sc_set_colors(own, scene->colors);
     sc_set_clip_sets(own, scene);
     set_occlusion(r, p, share, scene);
-    own->on_white = own->march;
+    own->behind.on_white = own->march;
     for (int i = 0; i < 3; i++)
-        own->on_white.light.cue_rgb[i] = 1;
+        own->behind.on_white.light.cue_rgb[i] = 1;
     part->is_shown = false;
     for (int id = 1; id < r->volume->label_count; id++)
         part->is_shown = part->is_shown || own->tissues[id].show;
@@ -318,13 +318,13 @@ static void begin_view(sc_renderer *r, int p, const sc_scene *scene, const sc_vi
         sc_vec3_sub(scene->camera.position_mm, scene->offsets_mm[part->label]);
     sc_lens_init(&part->lens, own, &part->scene, viewport);
     sc_cover_view(own, &part->scene, viewport);
-    part->cover = own->last_cover;
+    part->cover = own->cover.map;
 }
 
 /* @return how far the middle of a part is from the camera, in mm along the direction of view. */
 static double depth_of(const sc_part *part)
 {
-    const sc_box3 *box = &part->renderer->box;
+    const sc_box3 *box = &part->renderer->space.box;
     const sc_vec3 middle = sc_affine_point(&part->renderer->volume->to_ras_mm,
                                            sc_vec3_scale(sc_vec3_add(box->low, box->high), 0.5));
     const sc_camera *camera = &part->scene.camera;
@@ -375,7 +375,7 @@ void sc_parts_begin(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
         parts->shown[at] = p;
         parts->shown_count++;
     }
-    parts->layout = r->last_cover;             /* of the same view */
+    parts->layout = r->cover.map;              /* of the same view */
     parts->are_apart = parts->shown_count > 0; /* all may have faded away */
     if (parts->are_apart)
         find_met(parts);

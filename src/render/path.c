@@ -59,16 +59,18 @@ static uint32_t square_count(const sc_renderer *r)
 
 uint64_t sc_path_numbers_bytes(const sc_renderer *r)
 {
-    return r->path_numbers ? (uint64_t)TABLED * square_count(r) * sizeof *r->path_numbers : 0;
+    return r->light.path_numbers
+               ? (uint64_t)TABLED * square_count(r) * sizeof *r->light.path_numbers
+               : 0;
 }
 
 sc_status sc_path_numbers_make(const sc_ctx *ctx, sc_renderer *r)
 {
     const uint32_t count = square_count(r);
 
-    if (!r->traces)
+    if (!r->light.traces)
         return SC_OK;
-    SC_PASS(SC_ALLOC(ctx, (size_t)TABLED * count, &r->path_numbers));
+    SC_PASS(SC_ALLOC(ctx, (size_t)TABLED * count, &r->light.path_numbers));
     for (uint32_t i = 0; i < TABLED * count; i++) {
         const uint32_t pair = i / count;
         double point[2];
@@ -76,7 +78,7 @@ sc_status sc_path_numbers_make(const sc_ctx *ctx, sc_renderer *r)
         sc_sobol_point(sc_shuffled(i % count, count, sc_mix(SEED, pair)), sc_mix(SEED + 1, pair),
                        point);
         for (int k = 0; k < 2; k++)
-            r->path_numbers[i][k] = (uint32_t)(point[k] * 0x1p32);
+            r->light.path_numbers[i][k] = (uint32_t)(point[k] * 0x1p32);
     }
     return SC_OK;
 }
@@ -88,9 +90,9 @@ static void take_pair(const sc_renderer *r, const path *p, uint32_t bounce, uint
     const uint32_t pair = bounce * PAIRS + use, seed = sc_mix(p->seed, pair);
 
     for (uint32_t k = 0; k < 2; k++) {
-        const uint32_t own = pair < TABLED
-                                 ? r->path_numbers[(size_t)pair * square_count(r) + p->index][k]
-                                 : sc_mix(p->index, seed + k);
+        const uint32_t own =
+            pair < TABLED ? r->light.path_numbers[(size_t)pair * square_count(r) + p->index][k]
+                          : sc_mix(p->index, seed + k);
 
         out[k] = (own ^ sc_mix(seed, k)) * 0x1p-32;
     }
@@ -139,7 +141,8 @@ static void march(tracer *t, size_t count)
     if (sc_parts_apart(r))
         sc_march_apart(r, NULL, t->lines, count, t->tile->thread, t->batch->light, t->counters);
     else
-        r->kernel->march(&r->traced, t->batch->rays, NULL, count, t->batch->light, t->counters);
+        r->kernel->march(&r->light.traced, t->batch->rays, NULL, count, t->batch->light,
+                         t->counters);
 }
 
 /* Make ray number @p k of the batch, from where a path is. @return false if it meets nothing. */
@@ -170,8 +173,8 @@ static void leave(const tracer *t, path *p, uint32_t bounce)
     if (!bounce)
         return;
     to_array(p->direction, d);
-    sc_add_light_from(&r->sky, light, d, seen);
-    weight = p->density / (p->density + sc_light_density(&r->sky, light, d));
+    sc_add_light_from(&r->light.sky, light, d, seen);
+    weight = p->density / (p->density + sc_light_density(&r->light.sky, light, d));
     for (int i = 0; i < 3; i++)
         p->light[i] += p->share[i] * weight * seen[i];
 }
@@ -239,7 +242,7 @@ static bool land(const sc_renderer *r, path *p, meeting *m)
     const sc_sight sight = {.eye_mm = p->at, .direction = p->direction};
 
     *m = (meeting){.reflector = {.out = {0, 0, 1}}};
-    if (!r->floor.is_shown || !sc_floor_meets(&r->floor, &sight, &p->at, m->axes[2]))
+    if (!r->light.floor.is_shown || !sc_floor_meets(&r->light.floor, &sight, &p->at, m->axes[2]))
         return false;
     p->on_floor = true;
     sc_frame_about(m->axes[2], m->axes[0], m->axes[1]);
@@ -257,12 +260,12 @@ static void look_to_light(const sc_renderer *r, path *p, uint32_t bounce, const 
     p->waiting[0] = p->waiting[1] = p->waiting[2] = 0;
     take_pair(r, p, bounce, LIGHT, point);
     take_pair(r, p, bounce, ARRIVAL, pair);
-    density = sc_choose_light(&r->sky, light, pair[1], point, d);
+    density = sc_choose_light(&r->light.sky, light, pair[1], point, d);
     if (!(density > 0))
         return;
     into_frame(m, d, in);
     weight = 1 / (density + sc_reflector_share(&m->reflector, in, share));
-    sc_add_light_from(&r->sky, light, d, seen);
+    sc_add_light_from(&r->light.sky, light, d, seen);
     p->to_light = (sc_vec3){d[0], d[1], d[2]};
     for (int i = 0; i < 3; i++)
         p->waiting[i] = p->share[i] * share[i] * seen[i] * weight;
@@ -425,12 +428,12 @@ void sc_tile_trace(sc_tile *t)
 
 void sc_paths_begin(sc_renderer *r)
 {
-    r->traced = r->march;
-    r->traced.light = (sc_march_light){.flat = true, .edges = r->march.light.edges};
+    r->light.traced = r->march;
+    r->light.traced.light = (sc_march_light){.flat = true, .edges = r->march.light.edges};
     for (int k = 0; sc_parts_apart(r) && k < r->parts->shown_count; k++) {
         sc_renderer *own = r->parts->list[r->parts->shown[k]].renderer;
 
-        own->traced = own->march;
-        own->traced.light = r->traced.light;
+        own->light.traced = own->march;
+        own->light.traced.light = r->light.traced.light;
     }
 }

@@ -19,10 +19,10 @@ void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
         .middle_px = {viewport->width_px / 2.0, viewport->height_px / 2.0},
         .from_eye = from_eye,
         .shift = from_eye ? 1.5 : 1,
-        .eye = sc_affine_point(&r->to_voxel, c->position_mm),
-        .forward = sc_affine_vector(&r->to_voxel, c->forward),
-        .right = sc_affine_vector(&r->to_voxel, c->right),
-        .up = sc_affine_vector(&r->to_voxel, c->up),
+        .eye = sc_affine_point(&r->space.to_voxel, c->position_mm),
+        .forward = sc_affine_vector(&r->space.to_voxel, c->forward),
+        .right = sc_affine_vector(&r->space.to_voxel, c->right),
+        .up = sc_affine_vector(&r->space.to_voxel, c->up),
     };
 }
 
@@ -130,12 +130,12 @@ sc_sight sc_line_of_sight(const sc_lens *lens, const sc_aim *aim)
 static bool make_ray(const sc_lens *lens, sc_vec3 eye, sc_vec3 direction, sc_vec3 origin,
                      sc_vec3 along, sc_ray *ray)
 {
-    const double radius = lens->renderer->radius_mm, step = lens->renderer->march.step_mm;
+    const double radius = lens->renderer->space.radius_mm, step = lens->renderer->march.step_mm;
     double middle, begin, base;
     sc_vec3 beside;
 
     /* The ray lies within the sphere around the volume between these distances, or in less. */
-    beside = sc_vec3_sub(lens->renderer->middle_mm, eye);
+    beside = sc_vec3_sub(lens->renderer->space.middle_mm, eye);
     middle = sc_vec3_dot(beside, direction);
     beside = sc_vec3_along(beside, -middle, direction);
     if (middle + radius <= 0 || sc_vec3_dot(beside, beside) > radius * radius)
@@ -172,7 +172,7 @@ bool sc_make_ray(const sc_lens *lens, const sc_aim *aim, sc_ray *ray)
 
 bool sc_make_ray_from(const sc_lens *lens, const sc_line *line, sc_ray *ray)
 {
-    const sc_affine *to_voxel = &lens->renderer->to_voxel;
+    const sc_affine *to_voxel = &lens->renderer->space.to_voxel;
 
     if (!make_ray(lens, line->from_mm, line->direction, sc_affine_point(to_voxel, line->from_mm),
                   sc_affine_vector(to_voxel, line->direction), ray))

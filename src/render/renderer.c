@@ -36,21 +36,23 @@ static void fill_march(sc_renderer *r)
 
     r->march = (sc_march){
         .volume = v,
-        .visible = r->visible,
-        .distances = r->distances,
-        .pyramid = &r->pyramid,
-        .cell_distances = r->cell_distances,
+        .visible = r->derived.visible,
+        .distances = r->derived.distances,
+        .pyramid = &r->derived.pyramid,
+        .cell_distances = r->derived.cell_distances,
         /* grid coordinates are those of voxels plus one */
-        .box_low = {(float)r->box.low.x + 1, (float)r->box.low.y + 1, (float)r->box.low.z + 1},
-        .box_high = {(float)r->box.high.x + 1, (float)r->box.high.y + 1, (float)r->box.high.z + 1},
-        .cell_start = r->cell_start,
-        .cells = r->cells,
+        .box_low = {(float)r->space.box.low.x + 1, (float)r->space.box.low.y + 1,
+                    (float)r->space.box.low.z + 1},
+        .box_high = {(float)r->space.box.high.x + 1, (float)r->space.box.high.y + 1,
+                     (float)r->space.box.high.z + 1},
+        .cell_start = r->derived.cell_start,
+        .cells = r->derived.cells,
         .visible_row = sc_framed_row(v->bricks),
         .visible_layer = sc_framed_layer(v->bricks),
         .tissues = r->tissues,
         .step_mm = (float)(s->step_voxels * voxel_length_mm(v)),
         .light = {.flat = l->method == SC_LIGHT_FLAT},
-        .occlusion = r->occlusion.filled ? &r->occlusion : NULL,
+        .occlusion = r->derived.occlusion.filled ? &r->derived.occlusion : NULL,
         .around_share = 1,
         .opaque_below = s->to_the_end ? 0 : SC_OPAQUE,
         .caps = s->caps,
@@ -58,7 +60,7 @@ static void fill_march(sc_renderer *r)
     };
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++)
-            r->march.grid_per_mm[i][j] = (float)r->to_voxel.m[i][j];
+            r->march.grid_per_mm[i][j] = (float)r->space.to_voxel.m[i][j];
     }
 }
 
@@ -67,13 +69,13 @@ static void measure_hull(sc_renderer *r)
 {
     sc_vec3 low = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
 
-    for (size_t i = 0; i < r->hull_count; i++) {
-        low = (sc_vec3){fmin(low.x, r->hull[i].x), fmin(low.y, r->hull[i].y),
-                        fmin(low.z, r->hull[i].z)};
-        high = (sc_vec3){fmax(high.x, r->hull[i].x), fmax(high.y, r->hull[i].y),
-                         fmax(high.z, r->hull[i].z)};
+    for (size_t i = 0; i < r->bounds.hull_count; i++) {
+        low = (sc_vec3){fmin(low.x, r->bounds.hull[i].x), fmin(low.y, r->bounds.hull[i].y),
+                        fmin(low.z, r->bounds.hull[i].z)};
+        high = (sc_vec3){fmax(high.x, r->bounds.hull[i].x), fmax(high.y, r->bounds.hull[i].y),
+                         fmax(high.z, r->bounds.hull[i].z)};
     }
-    r->hull_box = (sc_box3){low, high};
+    r->bounds.hull_box = (sc_box3){low, high};
 }
 
 /* Can the renderer use what is stored with the volume? That was made for this surface and skip
@@ -94,12 +96,12 @@ static void use_stored(sc_renderer *r)
 {
     const sc_stored *stored = &r->volume->stored;
 
-    r->hull = stored->hull;
-    r->hull_count = stored->hull_count;
-    r->visible = stored->masks;
-    r->cell_start = stored->cell_start;
-    r->cells = stored->cells;
-    r->distances = stored->distances;
+    r->bounds.hull = stored->hull;
+    r->bounds.hull_count = stored->hull_count;
+    r->derived.visible = stored->masks;
+    r->derived.cell_start = stored->cell_start;
+    r->derived.cells = stored->cells;
+    r->derived.distances = stored->distances;
 }
 
 /* Derive from the volume which cells or voxels are visible, what follows from them, and the hull.
@@ -108,8 +110,8 @@ static sc_status find_hull_and_visible(const sc_ctx *ctx, sc_renderer *r, const 
 {
     sc_vec3 *hull;
 
-    SC_PASS(sc_hull_points(ctx, r->team, r->volume, show, &hull, &r->hull_count));
-    r->hull = hull;
+    SC_PASS(sc_hull_points(ctx, r->team, r->volume, show, &hull, &r->bounds.hull_count));
+    r->bounds.hull = hull;
     return sc_find_visible(ctx, r, show);
 }
 
@@ -131,11 +133,11 @@ static sc_status derive(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show,
     measure_hull(r);
     sc_floor_place(r);
     if (light->method != SC_LIGHT_FLAT && (light->occlusion > 0 || light->shadows > 0))
-        SC_PASS(sc_occlusion_build(ctx, r->team, v, opacity, &r->occlusion));
+        SC_PASS(sc_occlusion_build(ctx, r->team, v, opacity, &r->derived.occlusion));
     SC_PASS(sc_find_fades(ctx, r));
     SC_PASS(sc_find_backdrop(ctx, r));
     sc_decide_cover(r);
-    if (!r->covers_all)
+    if (!r->cover.covers_all)
         SC_PASS(sc_find_blocks(ctx, r));
     return SC_OK;
 }
@@ -149,16 +151,16 @@ static sc_status allocate(const sc_ctx *ctx, sc_renderer *r)
 
     SC_PASS(SC_ALLOC(ctx, (size_t)r->volume->label_count, &r->tissues));
     SC_PASS(SC_ZALLOC(ctx, (size_t)r->volume->label_count, &r->looks));
-    SC_PASS(SC_ZALLOC(ctx, threads, &r->stats));
-    SC_PASS(SC_ZALLOC(ctx, threads, &r->spans));
+    SC_PASS(SC_ZALLOC(ctx, threads, &r->room.stats));
+    SC_PASS(SC_ZALLOC(ctx, threads, &r->room.spans));
     if (r->settings.lender) {
-        r->pixels = r->settings.lender->pixels;
+        r->room.pixels = r->settings.lender->room.pixels;
     } else {
-        SC_PASS(SC_ALLOC(ctx, threads * side * side, &r->pixels));
+        SC_PASS(SC_ALLOC(ctx, threads * side * side, &r->room.pixels));
     }
     SC_PASS(sc_lens_samples_make(ctx, r));
     SC_PASS(sc_path_numbers_make(ctx, r));
-    return sc_alloc(ctx, SC_COVER_SIDE, SC_COVER_SIDE, &r->cover);
+    return sc_alloc(ctx, SC_COVER_SIDE, SC_COVER_SIDE, &r->cover.squares);
 }
 
 /* Set r->kernel. A volume that is too large for the wide kernels is marched by those of
@@ -182,14 +184,15 @@ static sc_status find_kernel(const sc_ctx *ctx, sc_renderer *r)
 static sc_status begin(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tissues, uint8_t *show,
                        float *opacity)
 {
-    if (!sc_affine_invert(&r->volume->to_ras_mm, &r->to_voxel))
+    if (!sc_affine_invert(&r->volume->to_ras_mm, &r->space.to_voxel))
         return sc_fail(ctx, SC_ERR_DATA, "the geometry of the volume is singular");
     SC_PASS(find_kernel(ctx, r));
     SC_PASS(allocate(ctx, r));
     sc_fill_tissues(r, tissues, show, opacity);
     sc_fill_boxes(r);
     sc_srgb_table_init(&r->srgb);
-    SC_PASS(sc_sky_init(ctx, r->settings.environment, r->settings.environment_turn_deg, &r->sky));
+    SC_PASS(
+        sc_sky_init(ctx, r->settings.environment, r->settings.environment_turn_deg, &r->light.sky));
     return sc_fill_grey(ctx, r);
 }
 
@@ -238,7 +241,7 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     if (status == SC_OK) {
         r->settings = *settings;
         r->volume = volume;
-        r->traces = settings->light.method == SC_LIGHT_PATH;
+        r->light.traces = settings->light.method == SC_LIGHT_PATH;
         status = begin(ctx, r, tissues, show, opacity);
     }
     /* No rank begins what all do together before all have come as far. */
@@ -248,7 +251,7 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     SC_TRY(derive(ctx, r, show, opacity));
     fill_march(r);
     fill_thickness(r, tissues);
-    r->shows_inner = shows_inner(r, tissues);
+    r->derived.shows_inner = shows_inner(r, tissues);
     SC_TRY(sc_parts_make(ctx, r, tissues));
     *out = r;
     r = NULL;
@@ -275,26 +278,26 @@ sc_status sc_renderer_gather(const sc_ctx *ctx, sc_renderer *r, const sc_scene *
     sc_status status;
     double begin_s;
 
-    if (!gathers_light(r) || r->gather)
+    if (!gathers_light(r) || r->light.gather)
         return SC_OK;
     sc_begin_tissues(r, first);
     sc_begin_scene(r, first, r->settings.height_px);
     status = change == SC_LIGHT_STAYS ? sc_gather_kept_path(ctx, r, first, prepared, &path) : SC_OK;
     SC_PASS(sc_team_agree(r->team, status));
     if (all_can(r, path)) {
-        SC_PASS(sc_gather_new_kept(ctx, r, &r->gather));
-        if (all_can(r, sc_team_is_first(r->team) && sc_gather_load(r->gather, path)))
+        SC_PASS(sc_gather_new_kept(ctx, r, &r->light.gather));
+        if (all_can(r, sc_team_is_first(r->team) && sc_gather_load(r->light.gather, path)))
             return SC_OK;
-        sc_gather_free(r->gather);
-        r->gather = NULL;
+        sc_gather_free(r->light.gather);
+        r->light.gather = NULL;
     }
     begin_s = sc_cpu_s();
     sc_stage_begin(ctx, "gathering light", 0, SC_GATHER_RAYS);
-    SC_PASS(sc_gather_new(ctx, r, change, &r->gather));
+    SC_PASS(sc_gather_new(ctx, r, change, &r->light.gather));
     sc_begin_scene(r, first, r->settings.height_px);
-    sc_gather_first(ctx, r->gather, r, first);
+    sc_gather_first(ctx, r->light.gather, r, first);
     if (path && sc_cpu_s() - begin_s > LIGHT_WORTH_CPU_S)
-        sc_gather_save(ctx, r->gather, path);
+        sc_gather_save(ctx, r->light.gather, path);
     return SC_OK;
 }
 
@@ -303,20 +306,20 @@ void sc_renderer_free(sc_renderer *r)
     if (!r)
         return;
     sc_parts_free(r);
-    sc_gather_free(r->gather);
+    sc_gather_free(r->light.gather);
     sc_team_close(r->team);
     sc_free(r->tissues);
     sc_free(r->looks);
     sc_free(r->fades.mixed);
-    sc_free(r->cover);
-    sc_free(r->stats);
-    sc_free(r->spans);
-    sc_free(r->blurred);
-    sc_free(r->lens_samples);
-    sc_free(r->path_numbers);
-    sc_sky_clear(&r->sky);
+    sc_free(r->cover.squares);
+    sc_free(r->room.stats);
+    sc_free(r->room.spans);
+    sc_free(r->room.blurred);
+    sc_free(r->room.lens_samples);
+    sc_free(r->light.path_numbers);
+    sc_sky_clear(&r->light.sky);
     if (!r->settings.lender)
-        sc_free(r->pixels);
+        sc_free(r->room.pixels);
     sc_free(r);
 }
 
@@ -327,8 +330,8 @@ void sc_renderer_advise(sc_renderer *renderer, sc_memory_use use)
 
 const sc_vec3 *sc_renderer_hull(const sc_renderer *renderer, size_t *count)
 {
-    *count = renderer->hull_count;
-    return renderer->hull;
+    *count = renderer->bounds.hull_count;
+    return renderer->bounds.hull;
 }
 
 const sc_kernel *sc_renderer_kernel(const sc_renderer *renderer)
@@ -342,13 +345,14 @@ uint64_t sc_renderer_bytes(const sc_renderer *r)
     const size_t threads = (size_t)r->settings.threads;
 
     return sizeof *r + (size_t)r->volume->label_count * (sizeof *r->tissues + sizeof *r->looks) +
-           sc_fades_bytes(r) + sc_parts_bytes(r) + sc_gather_bytes(r->gather) +
-           (size_t)SC_COVER_SIDE * SC_COVER_SIDE + threads * (sizeof *r->stats + sizeof *r->spans) +
-           (r->settings.lender ? 0 : threads * side * side * sizeof *r->pixels) +
-           (r->blurred ? threads * side * side * sizeof *r->blurred : 0) +
+           sc_fades_bytes(r) + sc_parts_bytes(r) + sc_gather_bytes(r->light.gather) +
+           (size_t)SC_COVER_SIDE * SC_COVER_SIDE +
+           threads * (sizeof *r->room.stats + sizeof *r->room.spans) +
+           (r->settings.lender ? 0 : threads * side * side * sizeof *r->room.pixels) +
+           (r->room.blurred ? threads * side * side * sizeof *r->room.blurred : 0) +
            (size_t)SC_LENS_BLOCK * SC_LENS_BLOCK * (size_t)r->settings.lens_samples *
-               sizeof *r->lens_samples +
-           sc_path_numbers_bytes(r) + sc_sky_bytes(&r->sky);
+               sizeof *r->room.lens_samples +
+           sc_path_numbers_bytes(r) + sc_sky_bytes(&r->light.sky);
 }
 
 uint64_t sc_renderer_derived_bytes(const sc_renderer *r)

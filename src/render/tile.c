@@ -13,9 +13,9 @@ void sc_tile_march(sc_tile *t)
                        &t->counters);
     else
         sc_march_rays(r, t->rays.rays, t->rays.count, t->rays.light, t->rays.white, &t->counters);
-    if (r->grey_behind)
+    if (r->grey.is_behind)
         sc_put_grey_behind(&t->f->lens, t->rays.aims, t->rays.count, t->rays.light);
-    if (r->floor.is_shown && r->floor.light)
+    if (r->light.floor.is_shown && r->light.floor.light)
         sc_put_floor_behind(&t->f->lens, t->rays.aims, t->rays.count, t->rays.light);
 }
 

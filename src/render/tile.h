@@ -71,13 +71,13 @@ sc_status sc_lens_samples_make(const sc_ctx *ctx, sc_renderer *r);
 /* Does light come by paths in the present view, whose scene is @p scene? */
 static inline bool sc_traces_paths(const sc_renderer *r, const sc_scene *scene)
 {
-    return r->traces && !r->hurries && !scene->slice && !scene->inside;
+    return r->light.traces && !r->hurries && !scene->slice && !scene->inside;
 }
 /* Does a scene have many rays in each pixel: does it show what is not in focus blurred, or light by
  * paths? */
 static inline bool sc_is_blurred(const sc_renderer *r, const sc_scene *scene)
 {
-    return r->lens_samples && (scene->camera.aperture_mm > 0 || sc_traces_paths(r, scene));
+    return r->room.lens_samples && (scene->camera.aperture_mm > 0 || sc_traces_paths(r, scene));
 }
 /* Draw a tile of such a scene into the image. */
 void sc_tile_draw_blurred(sc_tile *t);

@@ -172,9 +172,9 @@ static void draw(entry *e, int frame)
 
     if (strcmp(e->value[SCENE], "peers") == 0)
         scene.camera = peers_camera(frame);
-    if (e->renderer->gather) {
-        sc_gather_trace(NULL, e->renderer->gather, &scene, false, 0);
-        e->counters.rays += e->renderer->gather->count * SC_GATHER_DIRECTIONS;
+    if (e->renderer->light.gather) {
+        sc_gather_trace(NULL, e->renderer->light.gather, &scene, false, 0);
+        e->counters.rays += e->renderer->light.gather->count * SC_GATHER_DIRECTIONS;
         return;
     }
     sc_render_view(e->renderer, &scene, NULL, NULL, NULL, &e->image, &stats);
