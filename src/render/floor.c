@@ -89,7 +89,7 @@ void sc_floor_points(void *user, size_t begin, size_t end, int thread)
 
     for (size_t i = begin; i < end; i++) {
         const uint32_t at[2] = {(uint32_t)(i % SIDE), (uint32_t)(i / SIDE)};
-        sc_gather_place *p = &g->places[g->floor_first + i];
+        sc_gather_place *p = &g->places[g->floor.first + i];
         double n[3];
         const sc_vec3 mm =
             roll_up(f, f->middle.x + f->half_mm * spread_out(2.0 * at[0] / (SIDE - 1) - 1),
@@ -123,14 +123,14 @@ void sc_floor_spread(void *user, size_t begin, size_t end, int thread)
 
             if (x + dx < 0 || y + dy < 0 || x + dx >= SIDE || y + dy >= SIDE)
                 continue;
-            at = g->floor_first + (size_t)((y + dy) * SIDE + x + dx);
+            at = g->floor.first + (size_t)((y + dy) * SIDE + x + dx);
             for (int c = 0; c < 3; c++) {
-                light[c] += weight * g->light[at][c];
-                whole[c] += weight * g->floor_free[y + dy][(x + dx) % SC_FLOOR_PARTS][c];
+                light[c] += weight * g->light.all[at][c];
+                whole[c] += weight * g->floor.free[y + dy][(x + dx) % SC_FLOOR_PARTS][c];
             }
         }
         for (int c = 0; c < 3; c++)
-            g->floor[i][c] = whole[c] > 0 ? 1 + (float)fade * (light[c] / whole[c] - 1) : 1;
+            g->floor.light[i][c] = whole[c] > 0 ? 1 + (float)fade * (light[c] / whole[c] - 1) : 1;
     }
 }
 

@@ -10,7 +10,7 @@
 /* Compute the ray directions of all parts, to the sky and to the lamp as it stands in this view. */
 static void make_directions(sc_gather *g)
 {
-    g->lamp = g->renderer->light.sky.lamp;
+    g->known.lamp = g->renderer->light.sky.lamp;
     for (uint32_t i = 0; i < SC_GATHER_PARTS * SC_GATHER_RAYS; i++) {
         const uint32_t part = i / SC_GATHER_RAYS, ray = i % SC_GATHER_RAYS;
         double point[2], direction[3];
@@ -20,7 +20,7 @@ static void make_directions(sc_gather *g)
             sc_cosine_direction(point, direction);
         } else {
             sc_sobol_point(part * SC_GATHER_LAMP + ray - SC_GATHER_DIRECTIONS, 3, point);
-            sc_lamp_point(&g->lamp, point, direction);
+            sc_lamp_point(&g->known.lamp, point, direction);
         }
         for (int k = 0; k < 3; k++)
             g->directions[part][ray][k] = (float)direction[k];
@@ -33,10 +33,10 @@ static sc_status allocate_own(const sc_ctx *ctx, sc_gather *g)
     const size_t labels = (size_t)g->renderer->volume->label_count;
 
     SC_PASS(SC_ALLOC(ctx, SC_GATHER_PARTS, &g->directions));
-    SC_PASS(SC_ALLOC(ctx, SC_GATHER_RAYS * labels, &g->absent));
-    SC_PASS(SC_ALLOC(ctx, SC_GATHER_RAYS * labels, &g->absent_before));
-    SC_PASS(SC_ALLOC(ctx, labels, &g->cuts));
-    return SC_ZALLOC(ctx, labels, &g->tissues);
+    SC_PASS(SC_ALLOC(ctx, SC_GATHER_RAYS * labels, &g->targets.absent));
+    SC_PASS(SC_ALLOC(ctx, SC_GATHER_RAYS * labels, &g->targets.absent_before));
+    SC_PASS(SC_ALLOC(ctx, labels, &g->targets.cuts));
+    return SC_ZALLOC(ctx, labels, &g->known.tissues);
 }
 
 static inline bool shares_hits(const sc_gather *g)
@@ -71,16 +71,17 @@ static sc_status allocate_light(const sc_ctx *ctx, sc_gather *g)
 
     sc_framed_size(g->renderer->volume->bricks, framed);
     bricks = sc_brick_count(framed);
-    SC_PASS(allocate(ctx, g, hits, bricks, sizeof *g->occupied, &g->occupied));
-    SC_PASS(allocate(ctx, g, hits, bricks + SC_GATHER_BYTES, 1, &g->distances));
+    SC_PASS(allocate(ctx, g, hits, bricks, sizeof *g->targets.occupied, &g->targets.occupied));
+    SC_PASS(allocate(ctx, g, hits, bricks + SC_GATHER_BYTES, 1, &g->targets.distances));
     for (int i = 0; i < SC_GATHER_RAYS; i++)
         SC_PASS(allocate(ctx, g, hits, count, sizeof *g->hits[i], &g->hits[i]));
-    SC_PASS(allocate(ctx, g, light, count, sizeof *g->sky, &g->sky));
-    SC_PASS(allocate(ctx, g, light, count, sizeof *g->light, &g->light));
-    SC_PASS(allocate(ctx, g, light, count, sizeof *g->radiosity, &g->radiosity));
-    SC_PASS(allocate(ctx, g, light, count, sizeof *g->gone, &g->gone));
-    if (g->floor_first < g->count)
-        SC_PASS(allocate(ctx, g, light, g->count - g->floor_first, sizeof *g->floor, &g->floor));
+    SC_PASS(allocate(ctx, g, light, count, sizeof *g->light.sky, &g->light.sky));
+    SC_PASS(allocate(ctx, g, light, count, sizeof *g->light.all, &g->light.all));
+    SC_PASS(allocate(ctx, g, light, count, sizeof *g->light.radiosity, &g->light.radiosity));
+    SC_PASS(allocate(ctx, g, light, count, sizeof *g->light.gone, &g->light.gone));
+    if (g->floor.first < g->count)
+        SC_PASS(allocate(ctx, g, light, g->count - g->floor.first, sizeof *g->floor.light,
+                         &g->floor.light));
     for (int k = 0; k < SC_GATHER_FIELDS; k++) {
         sc_gather_field *f = &g->fields[k];
 
@@ -100,10 +101,10 @@ static void begin_march(sc_gather *g)
 
     sc_framed_size(v->bricks, framed);
     if (!shares_hits(g) || sc_team_is_first(r->team))
-        memcpy(g->distances, g->far, sc_brick_count(framed));
+        memcpy(g->targets.distances, g->targets.far, sc_brick_count(framed));
     g->march = (sc_gather_march){.volume = v,
-                                 .masks = g->occupied,
-                                 .distances = g->distances,
+                                 .masks = g->targets.occupied,
+                                 .distances = g->targets.distances,
                                  .row = sc_framed_row(v->bricks),
                                  .layer = sc_framed_layer(v->bricks)};
     for (int i = 0; i < 3; i++) {
@@ -167,7 +168,8 @@ sc_status sc_gather_new_kept(const sc_ctx *ctx, const sc_renderer *r, sc_gather 
         SC_PASS(allocate(ctx, g, true, g->fields[k].border->count + 1, sizeof *g->fields[k].around,
                          &g->fields[k].around));
     if (r->settings.floor)
-        SC_PASS(allocate(ctx, g, true, SC_FLOOR_SIDE * SC_FLOOR_SIDE, sizeof *g->floor, &g->floor));
+        SC_PASS(allocate(ctx, g, true, SC_FLOOR_SIDE * SC_FLOOR_SIDE, sizeof *g->floor.light,
+                         &g->floor.light));
     SC_HAND_OVER(g, out);
     return SC_OK;
 }
@@ -225,7 +227,7 @@ static bool same_tissues(const sc_gather *g, tissue_share share)
     bool same = true;
 
     for (int id = 1; same && id < r->volume->label_count; id++) {
-        const sc_march_tissue *a = &r->tissues[id], *b = &g->tissues[id];
+        const sc_march_tissue *a = &r->tissues[id], *b = &g->known.tissues[id];
 
         same = a->show == b->show && a->clip_set == b->clip_set &&
                (share < OPACITIES || a->boundary_alpha == b->boundary_alpha) &&
@@ -249,41 +251,43 @@ static void gather(const sc_ctx *ctx, sc_gather *g, sc_renderer *r, const sc_sce
 {
     const sc_march_light *light = &r->march.light;
     const bool convex = is_convex(scene);
-    const bool again = g->is_known && same_tissues(g, SHOWN) && convex == g->is_convex &&
-                       (convex || same_planes(scene, &g->scene)) &&
-                       (light->lamp > 0) == (g->lamp_strength > 0);
-    const bool lamp_moves = !same_lamp(&g->lamp, &r->light.sky.lamp);
+    const bool again = g->known.is_known && same_tissues(g, SHOWN) &&
+                       convex == g->known.is_convex &&
+                       (convex || same_planes(scene, &g->known.scene)) &&
+                       (light->lamp > 0) == (g->known.lamp_strength > 0);
+    const bool lamp_moves = !same_lamp(&g->known.lamp, &r->light.sky.lamp);
     const bool stays = again && same_tissues(g, OPACITIES), traced = stays && !lamp_moves;
-    const bool summed = traced && same_tissues(g, COLORS) && same_planes(scene, &g->scene) &&
-                        light->sky == g->sky_strength && light->lamp == g->lamp_strength;
+    const bool summed = traced && same_tissues(g, COLORS) && same_planes(scene, &g->known.scene) &&
+                        light->sky == g->known.sky_strength &&
+                        light->lamp == g->known.lamp_strength;
     /* The floor may lie beyond the planes. */
-    const bool lays_bare = stays && r->settings.floor && !same_planes(scene, &g->scene);
+    const bool lays_bare = stays && r->settings.floor && !same_planes(scene, &g->known.scene);
 
     for (int k = 0; k < SC_GATHER_FIELDS; k++)
         r->march.around[k] = g->fields[k].around;
-    r->light.floor.light = (const float(*)[3])g->floor;
+    r->light.floor.light = (const float(*)[3])g->floor.light;
     if (summed || g->is_kept)
         return;
     /* What is shared is never written by one rank: moments between frames, which alone may differ
      * where frames do not, have the light of the frames. */
     if (!g->together && (traced && !lays_bare ? shares_light(g) : shares_hits(g)))
         return;
-    g->is_convex = convex;
-    g->sky_strength = light->sky;
-    g->lamp_strength = light->lamp;
-    g->is_known = false;
-    g->lamp_moves = lamp_moves;
+    g->known.is_convex = convex;
+    g->known.sky_strength = light->sky;
+    g->known.lamp_strength = light->lamp;
+    g->known.is_known = false;
+    g->known.lamp_moves = lamp_moves;
     if (lamp_moves)
         make_directions(g);
     if (!traced || lays_bare)
-        sc_gather_trace(ctx, g, scene, again && !lays_bare, traced ? g->floor_first : 0);
+        sc_gather_trace(ctx, g, scene, again && !lays_bare, traced ? g->floor.first : 0);
     if (sc_gather_ends(g))
         return;
     g->together = g->together && shares_light(g);
     sc_gather_sum(g);
-    memcpy(g->tissues, r->tissues, (size_t)r->volume->label_count * sizeof *r->tissues);
-    g->scene = *scene;
-    g->is_known = true;
+    memcpy(g->known.tissues, r->tissues, (size_t)r->volume->label_count * sizeof *r->tissues);
+    g->known.scene = *scene;
+    g->known.is_known = true;
 }
 
 void sc_gather_scene(sc_gather *g, sc_renderer *r, const sc_scene *scene)
@@ -318,22 +322,22 @@ sc_light_change sc_light_between(const sc_scene *a, const sc_scene *b, int label
 static void free_light(sc_gather *g)
 {
     if (!shares_hits(g)) {
-        sc_free(g->occupied);
-        sc_free(g->distances);
+        sc_free(g->targets.occupied);
+        sc_free(g->targets.distances);
         for (int i = 0; i < SC_GATHER_RAYS; i++)
             sc_free(g->hits[i]);
     }
     for (int k = 0; k < SC_GATHER_FIELDS && g->is_kept; k++)
         sc_team_free(g->renderer->team, g->fields[k].around);
     if (g->is_kept)
-        sc_team_free(g->renderer->team, g->floor);
+        sc_team_free(g->renderer->team, g->floor.light);
     if (shares_light(g))
         return;
-    sc_free(g->sky);
-    sc_free(g->light);
-    sc_free(g->radiosity);
-    sc_free(g->gone);
-    sc_free(g->floor);
+    sc_free(g->light.sky);
+    sc_free(g->light.all);
+    sc_free(g->light.radiosity);
+    sc_free(g->light.gone);
+    sc_free(g->floor.light);
     for (int k = 0; k < SC_GATHER_FIELDS; k++)
         sc_free(g->fields[k].around);
 }
@@ -344,10 +348,10 @@ void sc_gather_free(sc_gather *g)
         return;
     free_light(g);
     sc_free(g->directions);
-    sc_free(g->absent);
-    sc_free(g->absent_before);
-    sc_free(g->cuts);
-    sc_free(g->tissues);
+    sc_free(g->targets.absent);
+    sc_free(g->targets.absent_before);
+    sc_free(g->targets.cuts);
+    sc_free(g->known.tissues);
     sc_free(g);
 }
 
@@ -363,5 +367,5 @@ uint64_t sc_gather_bytes(const sc_gather *g)
         return bytes;
     for (int k = 0; k < SC_GATHER_FIELDS; k++)
         bytes += g->fields[k].masks ? g->fields[k].border->count * sizeof(uint32_t) : 0;
-    return bytes + g->count * (3 * sizeof *g->sky + sizeof *g->gone);
+    return bytes + g->count * (3 * sizeof *g->light.sky + sizeof *g->light.gone);
 }

@@ -55,6 +55,54 @@ typedef struct sc_gather_place {
     uint8_t part;    /* of the net of directions */
 } sc_gather_place;
 
+/* Places on the floor. */
+typedef struct sc_gather_floor {
+    size_t first;      /* number of the first of these places; the count of all without a floor */
+    float (*light)[3]; /* [SC_FLOOR_SIDE][SC_FLOOR_SIDE] see sc_floor.light */
+    /* the light that a point gets if nothing blocks its rays. Every SC_FLOOR_PARTSth point of a row
+     * has the same, as it has the same normal and the same ray directions. */
+    float free[SC_FLOOR_SIDE][SC_FLOOR_PARTS][3];
+} sc_gather_floor;
+
+/* What rays can meet. */
+typedef struct sc_gather_targets {
+    uint32_t *first_part;  /* [bricks z][y][x] and one more: where the parts of a brick begin */
+    sc_gather_part *parts; /* of all bricks */
+    uint64_t *shown;       /* masks of the vertices that may be shown */
+    uint8_t *far;          /* sc_brick_distances of these */
+    uint64_t *occupied;    /* as of sc_gather_march: what is met now; goes with the hits */
+    uint8_t *distances;    /* the same */
+    bool *absent;        /* [SC_GATHER_RAYS][label_count]: what rays of a direction pass through */
+    bool *absent_before; /* that of the hits */
+    uint32_t *cuts;      /* [label_count] which planes cut a tissue, as bits */
+} sc_gather_targets;
+
+/* The rays that are traced now. */
+typedef struct sc_gather_turn {
+    const bool *absent; /* [label_count] of their direction; borrowed */
+    size_t first;       /* place from which on they are traced */
+    int direction;
+} sc_gather_turn;
+
+/* Light of each place, linear: [count] of each. */
+typedef struct sc_gather_light {
+    float (*sky)[3];       /* straight from the sky and the lamp */
+    float (*all)[3];       /* all of it */
+    float (*radiosity)[3]; /* what the place gives back */
+    bool *gone;            /* it is cut away */
+} sc_gather_light;
+
+/* The scene for which hits and light were found, as far as they depend on one. */
+typedef struct sc_gather_known {
+    bool is_known;  /* there has been one */
+    bool is_convex; /* what its planes keep is convex, and the same for all tissues */
+    float sky_strength, lamp_strength; /* intensities */
+    sc_lamp_frame lamp;                /* where the lamp stands; its rays go there */
+    bool lamp_moves;                   /* these are traced anew, whatever else is not */
+    sc_scene scene;                    /* only its planes and clip sets are read */
+    sc_march_tissue *tissues;          /* [label_count] as the march had them */
+} sc_gather_known;
+
 /* Light that is gathered. What does not depend on a scene is made by the ranks of the team, which
  * owns it, together. So are the hits, unless a frame may need rays of its own; and so is the light,
  * unless a frame may need its own sums: then each rank has arrays for itself. */
@@ -65,43 +113,17 @@ typedef struct sc_gather {
     bool is_kept;                       /* the light was read, and there is nothing else */
     sc_gather_field fields[SC_GATHER_FIELDS];
     size_t count; /* of places: those of the outer field come first, points of the floor last */
-    size_t floor_first; /* number of the first of these; count without one */
-    float (*floor)[3];  /* [SC_FLOOR_SIDE][SC_FLOOR_SIDE] see sc_floor.light */
-    /* the light that a point of the floor gets if nothing blocks its rays. Every SC_FLOOR_PARTSth
-     * point of a row has the same, as it has the same normal and the same ray directions. */
-    float floor_free[SC_FLOOR_SIDE][SC_FLOOR_PARTS][3];
+    sc_gather_floor floor;
     sc_gather_place *places;
     /* [SC_GATHER_PARTS] those all around about the z axis, those to the lamp as they are, RAS */
     float (*directions)[SC_GATHER_RAYS][3];
-    /* what rays can meet */
-    uint32_t *first_part;  /* [bricks z][y][x] and one more: where the parts of a brick begin */
-    sc_gather_part *parts; /* of all bricks */
-    uint64_t *shown;       /* masks of the vertices that may be shown */
-    uint8_t *far;          /* sc_brick_distances of these */
-    uint64_t *occupied;    /* as of sc_gather_march: what is met now; goes with the hits */
-    uint8_t *distances;    /* the same */
-    bool *absent;        /* [SC_GATHER_RAYS][label_count]: what rays of a direction pass through */
-    bool *absent_before; /* that of the hits */
-    uint32_t *cuts;      /* [label_count] which planes cut a tissue, as bits */
+    sc_gather_targets targets;
     sc_gather_march march; /* borrows them */
     sc_gather_fn *follow;
-    const bool *absent_now;        /* [label_count] of the present direction; borrowed */
-    size_t first;                  /* place from which on rays are traced now */
-    int direction;                 /* which is traced now */
+    sc_gather_turn turn;
     int32_t *hits[SC_GATHER_RAYS]; /* [count] the place that the ray of each meets, FREE or LOST */
-    /* light, linear */
-    float (*sky)[3];       /* [count] straight from the sky and the lamp */
-    float (*light)[3];     /* [count] all of it */
-    float (*radiosity)[3]; /* [count] what a place gives back */
-    bool *gone;            /* [count] the place is cut away */
-    /* the scene for which all of this was found, as far as it depends on one */
-    bool is_known;  /* there has been one */
-    bool is_convex; /* what its planes keep is convex, and the same for all tissues */
-    float sky_strength, lamp_strength; /* intensities */
-    sc_lamp_frame lamp;                /* where the lamp stands; its rays go there */
-    bool lamp_moves;                   /* these are traced anew, whatever else is not */
-    sc_scene scene;                    /* only its planes and clip sets are read */
-    sc_march_tissue *tissues;          /* [label_count] as the march had them */
+    sc_gather_light light;
+    sc_gather_known known;
 } sc_gather;
 
 /* Find the places at which the light of a renderer is gathered, and what its rays can meet, and
@@ -154,7 +176,7 @@ void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, boo
 /* @return how many rays each place has: none goes to a lamp that is out. */
 static inline int sc_gather_rays(const sc_gather *g)
 {
-    return g->lamp_strength > 0 ? SC_GATHER_RAYS : SC_GATHER_DIRECTIONS;
+    return g->known.lamp_strength > 0 ? SC_GATHER_RAYS : SC_GATHER_DIRECTIONS;
 }
 /* Find the light of all places from what their rays have met, and spread it to the vertices: sets
  * the light of g->fields. */

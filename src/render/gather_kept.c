@@ -75,11 +75,12 @@ sc_status sc_gather_kept_path(const sc_ctx *ctx, const sc_renderer *r, const sc_
 /* @return array number @p i of a gather; NULL: there is none. @param bytes set to its size. */
 static void *array_of(const sc_gather *g, int i, uint64_t *bytes)
 {
-    void *array = i < SC_GATHER_FIELDS ? (void *)g->fields[i].around : (void *)g->floor;
+    void *array = i < SC_GATHER_FIELDS ? (void *)g->fields[i].around : (void *)g->floor.light;
 
-    *bytes = !array                 ? 0
-             : i < SC_GATHER_FIELDS ? g->fields[i].border->count * sizeof *g->fields[i].around
-                                    : (uint64_t)SC_FLOOR_SIDE * SC_FLOOR_SIDE * sizeof *g->floor;
+    *bytes = !array ? 0
+             : i < SC_GATHER_FIELDS
+                 ? g->fields[i].border->count * sizeof *g->fields[i].around
+                 : (uint64_t)SC_FLOOR_SIDE * SC_FLOOR_SIDE * sizeof *g->floor.light;
     return array;
 }
 

@@ -21,12 +21,12 @@ static inline void add_free(const sc_gather *g, const sc_gather_place *p, int i,
     float rgb[3];
 
     for (int k = 0; k < 3 && cosine > 0; k++)
-        sum[k] += g->lamp_strength * cosine / SC_GATHER_LAMP;
+        sum[k] += g->known.lamp_strength * cosine / SC_GATHER_LAMP;
     if (i >= SC_GATHER_DIRECTIONS)
         return;
     sc_sky_blurred(&g->renderer->light.sky, d, rgb);
     for (int k = 0; k < 3; k++)
-        sum[k] += g->sky_strength * rgb[k] / SC_GATHER_DIRECTIONS;
+        sum[k] += g->known.sky_strength * rgb[k] / SC_GATHER_DIRECTIONS;
 }
 
 /* Find what comes to points of the floor if all of their rays are free. */
@@ -35,8 +35,8 @@ static void sum_floor(sc_gather *g)
     for (int k = 0; k < SC_FLOOR_SIDE * SC_FLOOR_PARTS; k++) {
         const int row = k / SC_FLOOR_PARTS, column = k % SC_FLOOR_PARTS;
         const sc_gather_place *p =
-            &g->places[g->floor_first + (size_t)row * SC_FLOOR_SIDE + (size_t)column];
-        float *sum = g->floor_free[row][column];
+            &g->places[g->floor.first + (size_t)row * SC_FLOOR_SIDE + (size_t)column];
+        float *sum = g->floor.free[row][column];
 
         sum[0] = sum[1] = sum[2] = 0;
         for (int i = 0; i < sc_gather_rays(g); i++) {
@@ -55,22 +55,22 @@ static void sum_sky(void *user, size_t begin, size_t end, int thread)
     sc_gather *g = user;
 
     for (size_t at = begin; at < end; at++)
-        g->sky[at][0] = g->sky[at][1] = g->sky[at][2] = 0;
+        g->light.sky[at][0] = g->light.sky[at][1] = g->light.sky[at][2] = 0;
     for (int i = 0; i < sc_gather_rays(g); i++) {
         const int32_t *hits = g->hits[i];
 
         for (size_t at = begin; at < end; at++) {
             float d[3];
 
-            if (hits[at] != SC_GATHER_FREE && (hits[at] < 0 || !g->gone[hits[at]]))
+            if (hits[at] != SC_GATHER_FREE && (hits[at] < 0 || !g->light.gone[hits[at]]))
                 continue;
             sc_gather_direction(g, &g->places[at], i, d);
-            add_free(g, &g->places[at], i, d, g->sky[at]);
+            add_free(g, &g->places[at], i, d, g->light.sky[at]);
         }
     }
     for (size_t at = begin; at < end; at++) {
         for (int k = 0; k < 3; k++)
-            g->light[at][k] = g->sky[at][k];
+            g->light.all[at][k] = g->light.sky[at][k];
     }
 }
 
@@ -85,7 +85,8 @@ static void reflect(void *user, size_t begin, size_t end, int thread)
         for (int k = 0; k < 3; k++) {
             const float albedo = tissue->rgb[k];
 
-            g->radiosity[at][k] = (albedo < ALBEDO_MOST ? albedo : ALBEDO_MOST) * g->light[at][k];
+            g->light.radiosity[at][k] =
+                (albedo < ALBEDO_MOST ? albedo : ALBEDO_MOST) * g->light.all[at][k];
         }
     }
 }
@@ -104,11 +105,11 @@ static void bounce(void *user, size_t begin, size_t end, int thread)
 
         for (size_t at = 0; at < end - begin; at++) {
             lost[at] += hits[at] == SC_GATHER_LOST;
-            if (hits[at] < 0 || g->gone[hits[at]])
+            if (hits[at] < 0 || g->light.gone[hits[at]])
                 continue;
             found[at]++;
             for (int k = 0; k < 3; k++)
-                sums[at][k] += g->radiosity[hits[at]][k];
+                sums[at][k] += g->light.radiosity[hits[at]][k];
         }
     }
     for (size_t at = begin; at < end; at++) {
@@ -116,7 +117,8 @@ static void bounce(void *user, size_t begin, size_t end, int thread)
             found[at - begin] ? 1 + (float)lost[at - begin] / (float)found[at - begin] : 1;
 
         for (int k = 0; k < 3; k++)
-            g->light[at][k] = g->sky[at][k] + sums[at - begin][k] * more / SC_GATHER_DIRECTIONS;
+            g->light.all[at][k] =
+                g->light.sky[at][k] + sums[at - begin][k] * more / SC_GATHER_DIRECTIONS;
     }
 }
 
@@ -129,11 +131,12 @@ static void cut(void *user, size_t begin, size_t end, int thread)
     for (size_t at = begin; at < end; at++) {
         const float *p = g->places[at].at;
 
-        g->gone[at] = false;
-        for (int i = 0; i < m->plane_count && g->is_convex; i++) {
+        g->light.gone[at] = false;
+        for (int i = 0; i < m->plane_count && g->known.is_convex; i++) {
             const float *e = m->plane_equations[i];
 
-            g->gone[at] = g->gone[at] || e[0] * p[0] + e[1] * p[1] + e[2] * p[2] + e[3] < 0;
+            g->light.gone[at] =
+                g->light.gone[at] || e[0] * p[0] + e[1] * p[1] + e[2] * p[2] + e[3] < 0;
         }
     }
 }
@@ -166,15 +169,15 @@ static void spread_to(const sc_gather *g, const sc_gather_field *f, const int q[
         alike_weights += weight;
         all_weights += near * near;
         for (int k = 0; k < 3; k++) {
-            alike[k] += weight * g->light[place][k];
-            all[k] += near * near * g->light[place][k];
+            alike[k] += weight * g->light.all[place][k];
+            all[k] += near * near * g->light.all[place][k];
         }
     }
     for (int k = 0; k < 3; k++)
         out[k] = alike_weights > 0 ? alike[k] / alike_weights
                  : all_weights > 0
                      ? all[k] / all_weights
-                     : 0.5f * g->sky_strength * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * n[2]);
+                     : 0.5f * g->known.sky_strength * (SC_SKY_MEAN + SC_SKY_UP * (2.0f / 3) * n[2]);
 }
 
 /* Spread the light of places to the records of bricks [begin, end): an sc_range_fn on a gather. */
@@ -216,7 +219,7 @@ void sc_gather_sum(sc_gather *g)
         sc_gather_for(g, g->count, BLOCK, bounce);
     }
     sc_gather_for(g, sc_brick_count(g->renderer->volume->bricks), 1024, spread);
-    if (g->floor)
+    if (g->floor.light)
         sum_floor(g);
-    sc_gather_for(g, g->count - g->floor_first, 4096, sc_floor_spread);
+    sc_gather_for(g, g->count - g->floor.first, 4096, sc_floor_spread);
 }

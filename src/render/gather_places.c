@@ -341,12 +341,12 @@ sc_status sc_gather_find_places(const sc_ctx *ctx, sc_gather *g)
         f->thinned = NULL;
         number_places(g, f);
     }
-    g->floor_first = g->count;
+    g->floor.first = g->count;
     g->count += r->settings.floor ? SC_FLOOR_SIDE * SC_FLOOR_SIDE : 0;
     SC_PASS(sc_team_alloc(ctx, r->team, g->count + 1, sizeof *g->places, &data));
     g->places = data;
     sc_gather_for(g, bricks, 1024, fill_places);
-    sc_gather_for(g, g->count - g->floor_first, 4096, sc_floor_points);
+    sc_gather_for(g, g->count - g->floor.first, 4096, sc_floor_points);
     return SC_OK;
 }
 

@@ -67,7 +67,7 @@ static void count_parts(void *user, size_t begin, size_t end, int thread)
     sc_gather_part parts[SC_BRICK_VERTICES];
 
     for (size_t brick = begin; brick < end; brick++)
-        g->first_part[brick] = find_parts(g->renderer->volume, brick, parts);
+        g->targets.first_part[brick] = find_parts(g->renderer->volume, brick, parts);
 }
 
 /* Fill in the parts of bricks [begin, end): an sc_range_fn on a gather. */
@@ -76,8 +76,9 @@ static void fill_parts(void *user, size_t begin, size_t end, int thread)
     sc_gather *g = user;
 
     for (size_t brick = begin; brick < end; brick++) {
-        if (g->first_part[brick] < g->first_part[brick + 1])
-            (void)find_parts(g->renderer->volume, brick, g->parts + g->first_part[brick]);
+        if (g->targets.first_part[brick] < g->targets.first_part[brick + 1])
+            (void)find_parts(g->renderer->volume, brick,
+                             g->targets.parts + g->targets.first_part[brick]);
     }
 }
 
@@ -108,7 +109,7 @@ static uint64_t left_of(const sc_gather *g, uint16_t label, const uint64_t *keep
     uint64_t left = m->cut_away ? 0 : ~0ull;
 
     for (int i = 0; i < m->plane_count; i++) {
-        const uint64_t kept = g->cuts[label] >> i & 1 ? keeps[i] : ~0ull;
+        const uint64_t kept = g->targets.cuts[label] >> i & 1 ? keeps[i] : ~0ull;
 
         left = m->cut_away ? left | kept : left & kept;
     }
@@ -121,10 +122,11 @@ static void mark_occupied(void *user, size_t begin, size_t end, int thread)
 {
     const sc_gather *g = user;
     const int *bricks = g->renderer->volume->bricks;
-    const int planes = g->is_convex ? 0 : g->renderer->march.plane_count;
+    const int planes = g->known.is_convex ? 0 : g->renderer->march.plane_count;
 
     for (size_t brick = begin; brick < end; brick++) {
-        const uint32_t first = g->first_part[brick], last = g->first_part[brick + 1];
+        const uint32_t first = g->targets.first_part[brick],
+                       last = g->targets.first_part[brick + 1];
         uint64_t mask = 0, keeps[SC_PLANES_MAX];
         int at[3], low[3];
         size_t framed;
@@ -135,16 +137,18 @@ static void mark_occupied(void *user, size_t begin, size_t end, int thread)
         for (int i = 0; i < planes; i++)
             keeps[i] = kept_by(g->renderer->march.plane_equations[i], low);
         for (uint32_t i = first; i < last; i++) {
-            const uint16_t label = g->parts[i].label;
+            const uint16_t label = g->targets.parts[i].label;
 
-            if (!g->absent_now[label])
-                mask |= g->parts[i].mask & (planes ? left_of(g, label, keeps) : ~0ull);
+            if (!g->turn.absent[label])
+                mask |= g->targets.parts[i].mask & (planes ? left_of(g, label, keeps) : ~0ull);
         }
         sc_brick_at(bricks, brick, at);
         framed = (size_t)sc_framed_index(sc_framed_row(bricks), sc_framed_layer(bricks), at[0],
                                          at[1], at[2]);
-        g->occupied[framed] = mask;
-        g->distances[framed] = mask ? 0 : g->far[framed] ? g->far[framed] : 1;
+        g->targets.occupied[framed] = mask;
+        g->targets.distances[framed] = mask                     ? 0
+                                       : g->targets.far[framed] ? g->targets.far[framed]
+                                                                : 1;
     }
 }
 
@@ -187,7 +191,7 @@ static void enter(const sc_gather *g, sc_gather_ray *ray)
         near = fmaxf(near, fminf(low, high));
         far = fminf(far, fmaxf(low, high));
     }
-    for (int i = 0; i < cut->plane_count && g->is_convex; i++) {
+    for (int i = 0; i < cut->plane_count && g->known.is_convex; i++) {
         const float *e = cut->plane_equations[i];
         const float speed = sc_dot(e, ray->direction), above = sc_dot(e, ray->origin) + e[3];
 
@@ -248,25 +252,25 @@ static void trace(void *user, size_t begin, size_t end, int thread)
     volley v;
 
     v.count = 0;
-    for (size_t at = g->first + begin; at < g->first + end; at++) {
+    for (size_t at = g->turn.first + begin; at < g->turn.first + end; at++) {
         const sc_gather_place *p = &g->places[at];
 
-        if ((at < g->floor_first && !r->tissues[p->tissue].show) ||
-            (g->direction >= SC_GATHER_DIRECTIONS &&
-             sc_dot(g->directions[p->part][g->direction], p->normal) <= 0)) {
-            g->hits[g->direction][at] = SC_GATHER_FREE;
+        if ((at < g->floor.first && !r->tissues[p->tissue].show) ||
+            (g->turn.direction >= SC_GATHER_DIRECTIONS &&
+             sc_dot(g->directions[p->part][g->turn.direction], p->normal) <= 0)) {
+            g->hits[g->turn.direction][at] = SC_GATHER_FREE;
             continue;
         }
         v.from[v.count] = (uint32_t)at;
-        sc_gather_direction(g, p, g->direction, v.directions[v.count]);
+        sc_gather_direction(g, p, g->turn.direction, v.directions[v.count]);
         make_ray(g, p, v.directions[v.count], &v.rays[v.count]);
-        if (at >= g->floor_first)
+        if (at >= g->floor.first)
             enter(g, &v.rays[v.count]);
         v.count++;
         if (v.count == SC_RAY_BATCH)
-            follow_volley(g, &g->march, g->direction, &v);
+            follow_volley(g, &g->march, g->turn.direction, &v);
     }
-    follow_volley(g, &g->march, g->direction, &v);
+    follow_volley(g, &g->march, g->turn.direction, &v);
 }
 
 /* Set which tissues the rays of each direction do not meet: those that are hidden, and of those
@@ -276,7 +280,7 @@ static void set_absent(sc_gather *g)
     const sc_renderer *r = g->renderer;
 
     for (int i = 0; i < SC_GATHER_RAYS; i++) {
-        bool *absent = g->absent + (size_t)i * (size_t)r->volume->label_count;
+        bool *absent = g->targets.absent + (size_t)i * (size_t)r->volume->label_count;
 
         absent[0] = false;
         for (int id = 1; id < r->volume->label_count; id++) {
@@ -299,14 +303,14 @@ static void mark_shown(void *user, size_t begin, size_t end, int thread)
         uint64_t mask = 0;
         int at[3];
 
-        for (uint32_t i = g->first_part[brick]; i < g->first_part[brick + 1]; i++) {
-            const uint16_t label = g->parts[i].label;
+        for (uint32_t i = g->targets.first_part[brick]; i < g->targets.first_part[brick + 1]; i++) {
+            const uint16_t label = g->targets.parts[i].label;
 
-            mask |= !label || r->looks[label].show ? g->parts[i].mask : 0;
+            mask |= !label || r->looks[label].show ? g->targets.parts[i].mask : 0;
         }
         sc_brick_at(bricks, brick, at);
-        g->shown[sc_framed_index(sc_framed_row(bricks), sc_framed_layer(bricks), at[0], at[1],
-                                 at[2])] = mask;
+        g->targets.shown[sc_framed_index(sc_framed_row(bricks), sc_framed_layer(bricks), at[0],
+                                         at[1], at[2])] = mask;
     }
 }
 
@@ -319,18 +323,18 @@ sc_status sc_gather_find_parts(const sc_ctx *ctx, sc_gather *g)
     int framed[3];
     void *data;
 
-    SC_PASS(sc_team_alloc(ctx, r->team, bricks + 1, sizeof *g->first_part, &data));
-    g->first_part = data;
+    SC_PASS(sc_team_alloc(ctx, r->team, bricks + 1, sizeof *g->targets.first_part, &data));
+    g->targets.first_part = data;
     sc_gather_for(g, bricks, 1024, count_parts);
-    total = sc_gather_number(g, 0, g->first_part);
-    SC_PASS(sc_team_alloc(ctx, r->team, (size_t)total + 1, sizeof *g->parts, &data));
-    g->parts = data;
+    total = sc_gather_number(g, 0, g->targets.first_part);
+    SC_PASS(sc_team_alloc(ctx, r->team, (size_t)total + 1, sizeof *g->targets.parts, &data));
+    g->targets.parts = data;
     sc_gather_for(g, bricks, 1024, fill_parts);
     sc_framed_size(size, framed);
-    SC_PASS(sc_team_alloc(ctx, r->team, sc_brick_count(framed), sizeof *g->shown, &data));
-    g->shown = data;
+    SC_PASS(sc_team_alloc(ctx, r->team, sc_brick_count(framed), sizeof *g->targets.shown, &data));
+    g->targets.shown = data;
     sc_gather_for(g, bricks, 1024, mark_shown);
-    return sc_brick_distances(ctx, r->team, size, g->shown, &g->far);
+    return sc_brick_distances(ctx, r->team, size, g->targets.shown, &g->targets.far);
 }
 
 void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, bool again,
@@ -340,25 +344,27 @@ void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, boo
     const size_t labels = (size_t)r->volume->label_count;
     const bool *marked = NULL; /* what is met now */
 
-    g->first = first;
+    g->turn.first = first;
     set_absent(g);
     for (size_t id = 0; id < labels; id++)
-        g->cuts[id] = scene->clip_sets[r->tissues[id].clip_set];
-    for (g->direction = 0; g->direction < sc_gather_rays(g) && !sc_gather_ends(g); g->direction++) {
-        const size_t row = (size_t)g->direction * labels;
-        const bool *absent = g->absent + row;
+        g->targets.cuts[id] = scene->clip_sets[r->tissues[id].clip_set];
+    for (g->turn.direction = 0; g->turn.direction < sc_gather_rays(g) && !sc_gather_ends(g);
+         g->turn.direction++) {
+        const size_t row = (size_t)g->turn.direction * labels;
+        const bool *absent = g->targets.absent + row;
 
-        if (!again || (g->lamp_moves && g->direction >= SC_GATHER_DIRECTIONS) ||
-            memcmp(absent, g->absent_before + row, labels) != 0) {
+        if (!again || (g->known.lamp_moves && g->turn.direction >= SC_GATHER_DIRECTIONS) ||
+            memcmp(absent, g->targets.absent_before + row, labels) != 0) {
             if (!marked || memcmp(absent, marked, labels) != 0) {
-                g->absent_now = absent;
+                g->turn.absent = absent;
                 sc_gather_for(g, sc_brick_count(r->volume->bricks), 4096, mark_occupied);
             }
             marked = absent;
-            sc_gather_for(g, g->count - g->first, 4096, trace);
+            sc_gather_for(g, g->count - g->turn.first, 4096, trace);
         }
         if (ctx)
             sc_stage_add(ctx, 1);
     }
-    memcpy(g->absent_before, g->absent, SC_GATHER_RAYS * labels * sizeof *g->absent);
+    memcpy(g->targets.absent_before, g->targets.absent,
+           SC_GATHER_RAYS * labels * sizeof *g->targets.absent);
 }
