@@ -4,7 +4,6 @@
 #include "dicom/dicom.h"
 #include "source.h"
 
-#include <dirent.h>
 #include <errno.h>
 #include <fts.h>
 #include <strings.h>
@@ -22,48 +21,38 @@ static bool holds_file(const char *directory, const char *name)
            stat(path, &info) == 0;
 }
 
-/* Does the directory hold a DICOMDIR or a file whose name ends in .dcm or .ima? Subdirectories
- * are not searched. */
-static bool holds_dicom(const char *directory)
+/* Does a directory with these entries hold a DICOMDIR or a file whose name ends in .dcm or .ima?
+ * Subdirectories are not searched. */
+static bool holds_dicom(const sc_entries *entries)
 {
-    DIR *stream = opendir(directory);
-    const struct dirent *entry;
     bool found = false;
 
-    while (stream && !found && (entry = readdir(stream))) {
-        const char *dot = strrchr(entry->d_name, '.');
+    for (int i = 0; i < entries->count && !found; i++) {
+        const char *name = entries->list[i]->d_name, *dot = strrchr(name, '.');
 
-        found = dot && (!strcasecmp(dot, ".dcm") || !strcasecmp(dot, ".ima"));
+        found = (dot && (!strcasecmp(dot, ".dcm") || !strcasecmp(dot, ".ima"))) ||
+                !strcmp(name, "DICOMDIR");
     }
-    if (stream)
-        closedir(stream);
-    return found || holds_file(directory, "DICOMDIR");
+    return found;
 }
 
 /* Is the directory a store of Zarr that lacks its own metadata: by its name, or because there are
  * some one level below? */
-static bool is_headless_zarr(const char *directory)
+static bool is_headless_zarr(const char *directory, const sc_entries *entries)
 {
     const char *end = directory + strlen(directory);
-    DIR *stream;
-    const struct dirent *entry;
-    bool found = false;
+    bool found;
 
     while (end > directory + 1 && end[-1] == '/')
         end--;
-    if (end - directory > 5 && !strncasecmp(end - 5, ".zarr", 5))
-        return true;
-    stream = opendir(directory);
-    while (stream && !found && (entry = readdir(stream))) {
+    found = end - directory > 5 && !strncasecmp(end - 5, ".zarr", 5);
+    for (int i = 0; i < entries->count && !found; i++) {
         char below[4096];
 
-        found =
-            entry->d_name[0] != '.' &&
-            snprintf(below, sizeof below, "%s/%s", directory, entry->d_name) < (int)sizeof below &&
-            sc_zarr_is_node(below);
+        found = snprintf(below, sizeof below, "%s/%s", directory, entries->list[i]->d_name) <
+                    (int)sizeof below &&
+                sc_zarr_is_node(below);
     }
-    if (stream)
-        closedir(stream);
     return found;
 }
 
@@ -83,44 +72,19 @@ static const char *advice_of(const char *ending)
     return "";
 }
 
-/* Append what a directory holds to @p text: how many entries, and the first of them by the bytes of
- * their names; of pictures, what they would have to be. */
-static sc_status add_contents(const sc_ctx *ctx, const char *directory, sc_text *text)
+/* Log that @p path is a directory, with advice by what it holds. @param is_dicom there are DICOM
+ * files in it. @return SC_ERR_MISSING. */
+static sc_status refuse_directory(const sc_ctx *ctx, const char *path, const sc_entries *entries,
+                                  bool is_dicom)
 {
-    DIR *stream = opendir(directory);
-    const struct dirent *entry;
-    char first[256] = "";
-    size_t count = 0;
-
-    while (stream && (entry = readdir(stream))) {
-        if (entry->d_name[0] == '.')
-            continue;
-        if (count++ == 0 || strcmp(entry->d_name, first) < 0)
-            snprintf(first, sizeof first, "%s", entry->d_name);
-    }
-    if (stream)
-        closedir(stream);
-    if (!count)
-        return sc_text_add(ctx, text, "; this one is empty");
-    return sc_text_add(ctx, text, "; this one holds %zu %s \"%s\"%s", count,
-                       count == 1 ? "entry," : "entries, the first", first,
-                       advice_of(strrchr(first, '.')));
-}
-
-/* Log that @p path is a directory, with advice by what it holds. @param is_dicom
- * there are DICOM files in it. @return SC_ERR_MISSING;
- * SC_ERR_MEMORY. */
-static sc_status refuse_directory(const sc_ctx *ctx, const char *path, bool is_dicom)
-{
-    const char *advice = NULL;
-    char above[4096];
-    SC_OWN(sc_text_clear) sc_text contents = {0};
+    const char *advice = NULL, *first = entries->count ? entries->list[0]->d_name : "";
+    char above[4096], contents[512] = "is empty";
 
     if (snprintf(above, sizeof above, "%s/..", path) < (int)sizeof above &&
         sc_is_precomputed(above))
         advice = " of chunks; give the directory above it, which holds \"info\", and which of its "
                  "scales is to be read with --set volume.level=N, 0 the finest";
-    if (is_headless_zarr(path))
+    if (is_headless_zarr(path, entries))
         advice =
             " of Zarr, but its metadata are missing: there is neither zarr.json nor .zgroup nor "
             ".zarray in it; get the store anew, or give the path of an array or an image in it";
@@ -128,91 +92,61 @@ static sc_status refuse_directory(const sc_ctx *ctx, const char *path, bool is_d
         advice =
             " of WEBKNOSSOS (WKW), which is not read; `webknossos export-as-tiff` of its Python "
             "package writes a layer as a directory of TIFF slices, which is";
-    if (is_dicom || holds_dicom(path))
+    if (is_dicom || holds_dicom(entries))
         advice = " of DICOM files, none of them a segmentation (DICOM SEG; subdirectories are not "
                  "searched); RTSTRUCT contours and labels stored as a series are converted by 3D "
                  "Slicer (save as .nrrd), an image by `dcm2niix DIRECTORY`";
     if (advice)
         return sc_fail(ctx, SC_ERR_MISSING, "%s: is a directory%s", path, advice);
-    SC_PASS(add_contents(ctx, path, &contents));
+    if (entries->count)
+        snprintf(contents, sizeof contents, "holds %d %s \"%s\"%s", entries->count,
+                 entries->count == 1 ? "entry," : "entries, the first", first,
+                 advice_of(strrchr(first, '.')));
     return sc_fail(
         ctx, SC_ERR_MISSING,
         "%s: is a directory; give the path of a NRRD, NIfTI, MGH, MetaImage, TIFF, AmiraMesh or "
         "DICOM SEG file in it, of a store of Zarr or N5, of a volume of Neuroglancer, or of a "
-        "directory of masks or of slices%s",
-        path, contents.data);
-}
-
-/* The DICOM segmentations in a directory. */
-typedef struct dicom_files {
-    size_t count;        /* of them */
-    size_t others;       /* other DICOM files */
-    sc_text first, last; /* paths, by the bytes of their names */
-} dicom_files;
-
-/* Note the file @p name, if it is DICOM. */
-static sc_status note_dicom(const sc_ctx *ctx, const char *directory, const char *name,
-                            dicom_files *files)
-{
-    SC_OWN(sc_text_clear) sc_text path = {0};
-    struct stat info;
-    bool is_dicom = false, is_first, is_last;
-
-    SC_PASS(sc_text_add(ctx, &path, "%s/%s", directory, name));
-    if (stat(path.data, &info) || !S_ISREG(info.st_mode)) /* a pipe would never end */
-        return SC_OK;
-    if (!sc_dicom_is_segmentation(path.data, &is_dicom)) {
-        files->others += is_dicom;
-        return SC_OK;
-    }
-    is_first = files->count == 0 || strcmp(path.data, files->first.data) < 0;
-    is_last = files->count == 0 || strcmp(path.data, files->last.data) > 0;
-    files->count++;
-    if (is_first) {
-        files->first.length_bytes = 0;
-        SC_PASS(sc_text_add(ctx, &files->first, "%s", path.data));
-    }
-    if (is_last) {
-        files->last.length_bytes = 0;
-        SC_PASS(sc_text_add(ctx, &files->last, "%s", path.data));
-    }
-    return SC_OK;
+        "directory of masks or of slices; this one %s",
+        path, contents);
 }
 
 /* Open the DICOM segmentation in a directory, the only one there, which may lie among the slices of
  * its image. The names of files say nothing. @return also SC_ERR_MISSING if there is none or
- * several.
- */
+ * several. */
 static sc_status open_dicom_in(const sc_ctx *ctx, const char *path, sc_source *out)
 {
-    DIR *stream = opendir(path);
-    const struct dirent *entry;
-    dicom_files files = {0};
-    sc_status status = SC_OK;
+    SC_OWN(sc_entries_clear) sc_entries entries = {0};
+    SC_OWN(sc_free_at) char *first = NULL, *last = NULL;
+    size_t count = 0, others = 0;
 
-    if (!stream)
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    while (status == SC_OK && (entry = readdir(stream))) {
-        if (entry->d_name[0] != '.')
-            status = note_dicom(ctx, path, entry->d_name, &files);
+    SC_PASS(sc_entries_list(ctx, path, &entries));
+    for (int i = 0; i < entries.count; i++) {
+        SC_OWN(sc_free_at) char *file = NULL;
+        struct stat info;
+        bool is_dicom;
+
+        SC_PASS(sc_path_join(ctx, path, entries.list[i]->d_name, &file));
+        if (stat(file, &info) || !S_ISREG(info.st_mode)) /* a pipe would never end */
+            continue;
+        if (!sc_dicom_is_segmentation(file, &is_dicom)) {
+            others += is_dicom;
+            continue;
+        }
+        sc_free(last);
+        last = NULL;
+        SC_HAND_OVER(file, count++ ? &last : &first);
     }
-    closedir(stream);
-    if (status == SC_OK && files.count == 0)
-        status = refuse_directory(ctx, path, files.others > 0);
-    if (status == SC_OK && files.count > 1)
-        status =
-            sc_fail(ctx, SC_ERR_MISSING,
-                    "%s: holds %zu DICOM segmentations, expected one; give the path of the file "
-                    "that is to be shown, such as %s or %s",
-                    path, files.count, files.first.data, files.last.data);
-    if (status == SC_OK && files.others)
-        sc_info(ctx, "%s: of %zu DICOM files, %s is a segmentation, and read", path,
-                files.others + 1, files.first.data);
-    if (status == SC_OK)
-        status = sc_open_dicom(ctx, files.first.data, out);
-    sc_text_clear(&files.first);
-    sc_text_clear(&files.last);
-    return status;
+    if (count == 0)
+        return refuse_directory(ctx, path, &entries, others > 0);
+    if (count > 1)
+        return sc_fail(ctx, SC_ERR_MISSING,
+                       "%s: holds %zu DICOM segmentations, expected one; give the path of the file "
+                       "that is to be shown, such as %s or %s",
+                       path, count, first, last);
+    if (others)
+        sc_info(ctx, "%s: of %zu DICOM files, %s is a segmentation, and read", path, others + 1,
+                first);
+    return sc_open_dicom(ctx, first, out);
 }
 
 /* ---- geometry ---- */

@@ -6,6 +6,8 @@
 
 #include "segcast/volume.h"
 
+#include <dirent.h>
+
 /* Numbers of this machine have the lowest byte first. */
 #define SC_IS_LITTLE_ENDIAN (__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__)
 
@@ -195,6 +197,17 @@ const char *sc_bad_name(const char *name);
  * also SC_ERR_MEMORY. */
 sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field, const char *name,
                        char **out, uint64_t *bytes);
+
+/* What is in a directory, but for hidden entries, some of which macOS leaves behind; rising by the
+ * bytes of the names, so that nothing depends on the file system. Zero-initialise. */
+typedef struct sc_entries {
+    struct dirent **list; /* [count] */
+    int count;
+} sc_entries;
+/* List a directory. @return SC_ERR_MISSING and others of sc_input_status, SC_ERR_MEMORY, logged.
+ * Caller owns *out: sc_entries_clear. */
+sc_status sc_entries_list(const sc_ctx *ctx, const char *directory, sc_entries *out);
+void sc_entries_clear(sc_entries *entries);
 
 /* A pattern of numbered names: before, a number of at least @c width digits, and after. The texts
  * are borrowed from the header. */

@@ -6,17 +6,14 @@
 #include "chunked/zarr.h"
 #include "formats/length_units.h"
 
-#include <dirent.h>
 #include <errno.h>
-#include <fcntl.h>
 #include <float.h>
 #include <stdlib.h>
 #include <unistd.h>
 
 enum {
-    LEVELS_MAX = 32,      /* more are not looked for */
-    GROUPS_MAX = 8,       /* groups within groups that are gone through */
-    ENTRIES_MAX = 1 << 16 /* of a group; more are not looked at */
+    LEVELS_MAX = 32, /* more are not looked for */
+    GROUPS_MAX = 8   /* groups within groups that are gone through */
 };
 
 /* ---- geometry ---- */
@@ -170,28 +167,23 @@ static bool has_level(const sc_zarr_node *group, int level)
 }
 
 /* Count the directories in a group, and copy the name of the first, by its bytes, to @p first. */
-static size_t count_below(const sc_zarr_node *group, char first[256])
+static sc_status count_below(const sc_ctx *ctx, const sc_zarr_node *group, char first[256],
+                             size_t *count)
 {
-    const int fd = openat(group->fd, ".", O_RDONLY | O_CLOEXEC | O_DIRECTORY);
-    DIR *stream = fd >= 0 ? fdopendir(fd) : NULL;
-    const struct dirent *entry;
-    size_t count = 0;
+    SC_OWN(sc_entries_clear) sc_entries entries = {0};
 
-    if (!stream && fd >= 0)
-        close(fd);
-    for (int i = 0; stream && i < ENTRIES_MAX && (entry = readdir(stream)); i++) {
-        const int below =
-            entry->d_name[0] == '.' ? -1 : sc_chunk_open_directory(group->fd, entry->d_name);
+    SC_PASS(sc_entries_list(ctx, group->path, &entries));
+    for (int i = 0; i < entries.count; i++) {
+        const char *name = entries.list[i]->d_name;
+        const int below = sc_chunk_open_directory(group->fd, name);
 
         if (below < 0)
             continue;
         close(below);
-        if (count++ == 0 || strcmp(entry->d_name, first) < 0)
-            snprintf(first, 256, "%s", entry->d_name);
+        if ((*count)++ == 0)
+            snprintf(first, 256, "%s", name);
     }
-    if (stream)
-        closedir(stream);
-    return count;
+    return SC_OK;
 }
 
 /* Go down from *node, a group, to a dataset or a group of levels, as long as there is one way; a
@@ -201,9 +193,11 @@ static sc_status go_down(const sc_ctx *ctx, sc_zarr_node *node)
     for (int depth = 0; !node->is_array && !has_level(node, 0); depth++) {
         const bool paintera = json_object_get(node->attributes, "painteraData") != NULL;
         char name[256] = "data";
-        const size_t count = paintera ? 1 : count_below(node, name);
+        size_t count = paintera;
         sc_zarr_node below = {.fd = -1};
 
+        if (!paintera)
+            SC_PASS(count_below(ctx, node, name, &count));
         if (count == 0 || depth == GROUPS_MAX)
             return sc_fail(ctx, SC_ERR_DATA,
                            "%s: is a group of N5 without a dataset (no \"dimensions\" in an "

@@ -3,8 +3,6 @@
  * masks, what they are called, and where each lies on the grid of all. */
 #include "source.h"
 
-#include <dirent.h>
-#include <errno.h>
 #include <stdlib.h>
 #include <strings.h>
 #include <sys/stat.h>
@@ -14,7 +12,7 @@ enum { PLACE_MOST = 1 << 30 /* voxels that a mask may lie away from the first */
 /* ---- names ---- */
 
 /* @return the length of the name of a file without the ending that tells a volume; 0 if it has
- * none, or nothing else. Hidden files are no masks: macOS leaves some behind. */
+ * none, or nothing else. */
 static size_t stem_length(const char *name)
 {
     static const char *const endings[] = {".nii.gz", ".nii", ".seg.nrrd", ".nrrd", ".nhdr",
@@ -22,7 +20,7 @@ static size_t stem_length(const char *name)
                                           ".tiff",   ".hdr", ".h5",       ".hdf5"};
     const size_t length = strlen(name);
 
-    for (size_t i = 0; i < SC_COUNT_OF(endings) && name[0] != '.'; i++) {
+    for (size_t i = 0; i < SC_COUNT_OF(endings); i++) {
         const size_t n = strlen(endings[i]);
 
         if (length > n && !strcasecmp(name + length - n, endings[i]))
@@ -61,21 +59,17 @@ static sc_status add_mask(const sc_ctx *ctx, const char *directory, const char *
 /* Find the files that are named like volumes, and sort them. */
 static sc_status list_masks(const sc_ctx *ctx, const char *directory, sc_source *source)
 {
-    DIR *stream = opendir(directory);
-    const struct dirent *entry;
+    SC_OWN(sc_entries_clear) sc_entries entries = {0};
     size_t capacity = 0;
-    sc_status status = SC_OK;
 
-    if (!stream)
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", directory, strerror(errno));
-    while (status == SC_OK && (entry = readdir(stream))) {
-        if (stem_length(entry->d_name))
-            status = add_mask(ctx, directory, entry->d_name, &capacity, source);
+    SC_PASS(sc_entries_list(ctx, directory, &entries));
+    for (int i = 0; i < entries.count; i++) {
+        if (stem_length(entries.list[i]->d_name))
+            SC_PASS(add_mask(ctx, directory, entries.list[i]->d_name, &capacity, source));
     }
-    closedir(stream);
-    if (status == SC_OK && source->mask_count)
+    if (source->mask_count)
         qsort(source->masks, source->mask_count, sizeof *source->masks, by_name);
-    return status;
+    return SC_OK;
 }
 
 /* Make the rows of the table: label and name of each mask. @return SC_ERR_DATA if two have one

@@ -161,6 +161,33 @@ out:
     return status;
 }
 
+static int is_shown(const struct dirent *entry)
+{
+    return entry->d_name[0] != '.';
+}
+
+static int by_bytes(const struct dirent **a, const struct dirent **b)
+{
+    return strcmp((*a)->d_name, (*b)->d_name);
+}
+
+sc_status sc_entries_list(const sc_ctx *ctx, const char *directory, sc_entries *out)
+{
+    out->count = scandir(directory, &out->list, is_shown, by_bytes);
+    if (out->count >= 0)
+        return SC_OK;
+    out->count = 0;
+    return sc_fail(ctx, sc_input_status(errno), "%s: %s", directory, strerror(errno));
+}
+
+void sc_entries_clear(sc_entries *entries)
+{
+    for (int i = 0; i < entries->count; i++)
+        free(entries->list[i]);
+    free(entries->list);
+    *entries = (sc_entries){0};
+}
+
 bool sc_name_pattern_read(char *text, sc_name_pattern *out)
 {
     char *percent = strchr(text, '%'), *end;

@@ -6,7 +6,6 @@
 #include "segcast/image.h"
 
 #include <ctype.h>
-#include <dirent.h>
 #include <stdlib.h>
 #include <strings.h>
 #include <sys/stat.h>
@@ -84,27 +83,22 @@ static sc_status note_file(const sc_ctx *ctx, const char *directory, const char 
  * Caller owns *out, also after an error. @return SC_ERR_MEMORY. */
 static sc_status find_slices(const sc_ctx *ctx, const char *directory, sc_slice_files *out)
 {
-    DIR *stream = opendir(directory);
-    const struct dirent *entry;
-    sc_status status = SC_OK;
-    bool other = !stream, alike;
+    SC_OWN(sc_entries_clear) sc_entries entries = {0};
+    bool other = false, alike;
     long long step;
 
-    while (!other && status == SC_OK && (entry = readdir(stream))) {
-        if (entry->d_name[0] != '.')
-            status = note_file(ctx, directory, entry->d_name, out, &other);
-    }
-    if (stream)
-        closedir(stream);
-    if (status == SC_OK && !other && out->count)
+    SC_PASS(sc_entries_list(ctx, directory, &entries));
+    for (int i = 0; i < entries.count && !other; i++)
+        SC_PASS(note_file(ctx, directory, entries.list[i]->d_name, out, &other));
+    if (!other && out->count)
         qsort(out->paths, out->count, sizeof *out->paths, by_number);
-    for (size_t i = 1; i < out->count && status == SC_OK && !other; i++) {
+    for (size_t i = 1; i < out->count && !other; i++) {
         compare(out->paths[i - 1], out->paths[i], &step, &alike);
         other = !alike || step == 0;
     }
     if (other || out->count < 2)
         sc_slice_files_clear(out);
-    return status;
+    return SC_OK;
 }
 
 /* Warn of the first place where a number is left out: that slice is missing. */
