@@ -39,35 +39,15 @@ static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
     return sc_packed_check(ctx, file);
 }
 
-static bool starts_with(const head *h, const char *magic, size_t length)
-{
-    return h->count >= length && !memcmp(h->bytes, magic, length);
-}
+/* Bytes by which a kind of files is known. */
+typedef struct mark {
+    const char *magic;
+    size_t length, offset; /* how many, and where in the file */
+} mark;
 
-/* The probes of the formats: @return whether the file that begins with @p h is to be read as
- * this format. They look for its mark only; the format's own reader checks the header. */
-static bool is_nrrd(const head *h)
+static bool has_mark(const head *h, const mark *m)
 {
-    return !h->compressed && starts_with(h, "NRRD", 4);
-}
-
-/* Compressed or not. The first field is the header's own size, in either byte order. */
-static bool is_nifti(const head *h)
-{
-    static const unsigned char sizes[4][4] = {
-        {92, 1, 0, 0}, {0, 0, 1, 92}, {28, 2, 0, 0}, {0, 0, 2, 28}};
-
-    for (size_t i = 0; i < SC_COUNT_OF(sizes); i++) {
-        if (h->count >= 4 && !memcmp(h->bytes, sizes[i], 4))
-            return true;
-    }
-    return false;
-}
-
-/* MGH of FreeSurfer, compressed or not, has a version number only. */
-static bool is_mgh(const head *h)
-{
-    return starts_with(h, "\0\0\0\1", 4);
+    return h->count >= m->offset + m->length && !memcmp(h->bytes + m->offset, m->magic, m->length);
 }
 
 /* MetaImage has no mark: one of its keys stands first, or somewhere in the first bytes. */
@@ -78,99 +58,105 @@ static bool is_meta(const head *h)
     memcpy(text, h->bytes, h->count);
     text[h->count] = '\0';
     return !h->compressed && (strstr(text, "ElementType") || strstr(text, "ElementDataFile") ||
-                              starts_with(h, "ObjectType", 10) || starts_with(h, "NDims", 5));
+                              !strncmp(text, "ObjectType", 10) || !strncmp(text, "NDims", 5));
 }
 
-/* TIFF in either byte order, and BigTIFF, which has 43 in place of 42. */
-static bool is_tiff(const head *h)
-{
-    return !h->compressed && (starts_with(h, "II*\0", 4) || starts_with(h, "MM\0*", 4) ||
-                              starts_with(h, "II+\0", 4) || starts_with(h, "MM\0+", 4));
-}
-
-static bool is_amira(const head *h)
-{
-    return !h->compressed && (starts_with(h, "# AmiraMesh", 11) || starts_with(h, "# Avizo", 7));
-}
-
-/* DICOM has its mark behind 128 bytes for other programs, which may be those of another format. */
-static bool is_dicom(const head *h)
-{
-    return !h->compressed && h->count >= 132 && !memcmp(h->bytes + 128, "DICM", 4);
-}
-
-/* The formats that can be read; the first whose probe accepts a file reads it. All leave the voxels
- * in the file but NRRD, which has a function of another kind. */
-static const struct {
-    bool (*probe)(const head *h);
+/* A format that can be read. */
+typedef struct reader {
+    mark mark;
+    bool may_be_packed; /* by gzip */
+    /* NULL: NRRD, whose voxels a library may read with the header. */
     sc_status (*open)(const sc_ctx *ctx, const char *path, sc_source *out);
-} readers[] = {{is_dicom, sc_open_dicom}, {is_nrrd, NULL},         {is_nifti, sc_open_nifti},
-               {is_mgh, sc_open_mgh},     {is_tiff, sc_open_tiff}, {is_amira, sc_open_amira},
-               {is_meta, sc_open_meta}};
+} reader;
+
+/* The first whose mark a file has reads it; it checks the header. DICOM has its mark behind 128
+ * bytes for other programs, which may be those of another format. NIfTI begins with the size of its
+ * header, of either version and in either byte order; MGH has a version number only. TIFF is
+ * written in either byte order, and BigTIFF has 43 in place of 42. */
+static const reader readers[] = {
+    {{"DICM", 4, 128}, false, sc_open_dicom},    {{"NRRD", 4, 0}, false, NULL},
+    {{"\x5c\1\0\0", 4, 0}, true, sc_open_nifti}, {{"\0\0\1\x5c", 4, 0}, true, sc_open_nifti},
+    {{"\x1c\2\0\0", 4, 0}, true, sc_open_nifti}, {{"\0\0\2\x1c", 4, 0}, true, sc_open_nifti},
+    {{"\0\0\0\1", 4, 0}, true, sc_open_mgh},     {{"II*\0", 4, 0}, false, sc_open_tiff},
+    {{"MM\0*", 4, 0}, false, sc_open_tiff},      {{"II+\0", 4, 0}, false, sc_open_tiff},
+    {{"MM\0+", 4, 0}, false, sc_open_tiff},      {{"# AmiraMesh", 11, 0}, false, sc_open_amira},
+    {{"# Avizo", 7, 0}, false, sc_open_amira}};
+
+/* @return the reader of a file that begins with @p h; NULL: none. */
+static const reader *reader_of(const head *h)
+{
+    static const reader meta = {.open = sc_open_meta};
+
+    for (size_t i = 0; i < SC_COUNT_OF(readers); i++) {
+        if (has_mark(h, &readers[i].mark) && (!h->compressed || readers[i].may_be_packed))
+            return &readers[i];
+    }
+    return is_meta(h) ? &meta : NULL;
+}
 
 static const char mesh_advice[] =
     "is a mesh, a surface without voxels; give the segmentation from which it was made, or make "
     "one of it in 3D Slicer (Add Data as a segmentation, then save as .seg.nrrd)";
 
-/* Files that are often given by mistake: the bytes at @p offset by which each is known, and for
- * the message what it is and what to do instead. */
+/* Files that are often given by mistake, and for the message what each is and what to do instead.
+ */
 static const struct {
-    const char *magic;
-    size_t length, offset;
+    mark mark;
     const char *advice;
 } known_files[] = {
-    {"version https://git-lfs", 23, 0,
+    {{"version https://git-lfs", 23, 0},
      "is a Git LFS pointer, not the volume itself; run \"git lfs pull\""},
-    {"\x00\x05\x16\x07", 4, 0,
+    {{"\x00\x05\x16\x07", 4, 0},
      "is a macOS companion file (AppleDouble), not the volume itself; use the file without \"._\" "
      "before its name"},
-    {"\x89HDF", 4, 0,
+    {{"\x89HDF", 4, 0},
      "is HDF5, which is read as a volume of its own, but not as one mask of several; write it as "
      "NRRD, for example in Python with h5py and pynrrd: nrrd.write(\"labels.nrrd\", "
      "h5py.File(\"FILE\")[\"NAME\"][:].T)"},
-    {"PK\x03\x04", 4, 0, "is a ZIP archive; unpack it and use the volume in it"},
-    {"7z\xbc\xaf", 4, 0, "is a 7z archive; unpack it and use the volume in it"},
-    {"Rar!", 4, 0, "is a RAR archive; unpack it and use the volume in it"},
-    {"ustar", 5, 257, "is a tar archive; unpack it (tar xf) and use the volume in it"},
-    {"BZh", 3, 0, "is packed by bzip2; unpack it with \"bunzip2\""},
-    {"\xfd"
-     "7zXZ",
-     5, 0, "is packed by xz; unpack it with \"unxz\""},
-    {"\x28\xb5\x2f\xfd", 4, 0, "is packed by Zstandard; unpack it with \"unzstd\""},
-    {"\x93NUMPY", 6, 0,
+    {{"PK\x03\x04", 4, 0}, "is a ZIP archive; unpack it and use the volume in it"},
+    {{"7z\xbc\xaf", 4, 0}, "is a 7z archive; unpack it and use the volume in it"},
+    {{"Rar!", 4, 0}, "is a RAR archive; unpack it and use the volume in it"},
+    {{"ustar", 5, 257}, "is a tar archive; unpack it (tar xf) and use the volume in it"},
+    {{"BZh", 3, 0}, "is packed by bzip2; unpack it with \"bunzip2\""},
+    {{"\xfd"
+      "7zXZ",
+      5, 0},
+     "is packed by xz; unpack it with \"unxz\""},
+    {{"\x28\xb5\x2f\xfd", 4, 0}, "is packed by Zstandard; unpack it with \"unzstd\""},
+    {{"\x93NUMPY", 6, 0},
      "is a NumPy array, which does not say its voxel size; write it as NRRD in Python with pynrrd: "
      "nrrd.write(\"labels.nrrd\", numpy.load(\"FILE\").T)"},
-    {"# vtk DataFile", 14, 0,
+    {{"# vtk DataFile", 14, 0},
      "is a legacy VTK file; open it in 3D Slicer or ParaView and save as .nrrd or .mha"},
-    {"segc", 4, 0,
+    {{"segc", 4, 0},
      "is a prepared file of segcast, expected a volume of another program; give the volume of "
      "which it was made"},
-    {"<MRML", 5, 0,
+    {{"<MRML", 5, 0},
      "is a scene of 3D Slicer, which names files; give the segmentation among them, a .seg.nrrd"},
-    {"MATLAB 5.0", 10, 0,
+    {{"MATLAB 5.0", 10, 0},
      "is a MATLAB file of version 5, which is not read; write it in MATLAB as NIfTI, "
      "niftiwrite(labels, \"labels.nii\"), or as version 7.3, which is HDF5: save(\"labels.mat\", "
      "\"labels\", \"-v7.3\")"},
-    {"WKW", 3, 0,
+    {{"WKW", 3, 0},
      "is a cube of WEBKNOSSOS (WKW), which is not read; `webknossos export-as-tiff` of its Python "
      "package writes a layer as a directory of TIFF slices, which is"},
-    {"MAP ", 4, 208,
+    {{"MAP ", 4, 208},
      "is MRC, which is not read; `mrc2tif -s FILE labels.tif` of IMOD writes a TIFF stack of it"},
-    {"ply\n", 4, 0, mesh_advice},
-    {"ply\r", 4, 0, mesh_advice},
-    {"solid ", 6, 0, mesh_advice},
-    {"OFF\n", 4, 0, mesh_advice},
-    {"ZISRAWFILE", 10, 0, "is CZI of Zeiss; save it in Fiji as TIFF (File > Save As > Tiff)"},
-    {"\xff\xd8\xff", 3, 0,
+    {{"ply\n", 4, 0}, mesh_advice},
+    {{"ply\r", 4, 0}, mesh_advice},
+    {{"solid ", 6, 0}, mesh_advice},
+    {{"OFF\n", 4, 0}, mesh_advice},
+    {{"ZISRAWFILE", 10, 0}, "is CZI of Zeiss; save it in Fiji as TIFF (File > Save As > Tiff)"},
+    {{"\xff\xd8\xff", 3, 0},
      "is a JPEG picture, which cannot hold labels: it changes them; give a volume, or a directory "
      "of its slices as PNG or TIFF"},
-    {"%PDF", 4, 0, "is a PDF document, not a volume"},
-    {"<!DOCTYPE html", 14, 0,
+    {{"%PDF", 4, 0}, "is a PDF document, not a volume"},
+    {{"<!DOCTYPE html", 14, 0},
      "is a page of HTML, as servers send it instead of a file; download the volume anew"},
-    {"<?xml", 5, 0,
+    {{"<?xml", 5, 0},
      "is XML; a VTK image (.vti) is converted by opening it in 3D Slicer and saving as .nrrd"},
-    {"# HyperSurface", 14, 0, mesh_advice},
-    {"\x89PNG", 4, 0,
+    {{"# HyperSurface", 14, 0}, mesh_advice},
+    {{"\x89PNG", 4, 0},
      "is one PNG picture; of the slices of a volume, give the directory that holds them all, named "
      "by their numbers"},
 };
@@ -194,7 +180,9 @@ static size_t pair_stem_bytes(const char *path)
 /* @return whether @p h is the header of a pair of NIfTI. */
 static bool is_pair_header(const head *h)
 {
-    return is_nifti(h) && h->count >= 348 &&
+    const reader *r = reader_of(h);
+
+    return r && r->open == sc_open_nifti && h->count >= 348 &&
            (!memcmp(h->bytes + 344, "ni1", 3) || !memcmp(h->bytes + 4, "ni2", 3));
 }
 
@@ -240,10 +228,7 @@ static const char *advice_for(const char *path, const head *h)
     if (is_mesh(path)) /* some are XML */
         return mesh_advice;
     for (size_t i = 0; i < SC_COUNT_OF(known_files); i++) {
-        const size_t end = known_files[i].offset + known_files[i].length;
-
-        if (h->count >= end &&
-            !memcmp(h->bytes + known_files[i].offset, known_files[i].magic, known_files[i].length))
+        if (has_mark(h, &known_files[i].mark))
             return known_files[i].advice;
     }
     return NULL;
@@ -277,22 +262,12 @@ static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
         path, h->bytes[0], h->bytes[1], h->bytes[2], h->bytes[3]);
 }
 
-/* @return which of the readers reads a file that begins with @p h; their number: none. */
-static size_t reader_of(const head *h)
-{
-    size_t which = 0;
-
-    while (which < SC_COUNT_OF(readers) && !readers[which].probe(h))
-        which++;
-    return which;
-}
-
 bool sc_is_volume_file(const char *path)
 {
     const sc_ctx silent = {.rank = 0};
     head h;
 
-    return read_head(&silent, path, &h) == SC_OK && reader_of(&h) < SC_COUNT_OF(readers);
+    return read_head(&silent, path, &h) == SC_OK && reader_of(&h);
 }
 
 sc_file_kind sc_file_kind_of(const char *path)
@@ -302,8 +277,8 @@ sc_file_kind sc_file_kind_of(const char *path)
 
     if (read_head(&silent, path, &h) != SC_OK)
         return SC_FILE_TEXT;
-    if (reader_of(&h) < SC_COUNT_OF(readers) || starts_with(&h, "\x89HDF", 4) ||
-        starts_with(&h, "segc", 4))
+    if (reader_of(&h) || has_mark(&h, &(mark){"\x89HDF", 4, 0}) ||
+        has_mark(&h, &(mark){"segc", 4, 0}))
         return SC_FILE_VOLUME;
     return advice_for(path, &h) || h.compressed || memchr(h.bytes, 0, h.count) ? SC_FILE_OTHER
                                                                                : SC_FILE_TEXT;
@@ -329,15 +304,14 @@ size_t sc_volume_stem_bytes(const char *name, size_t bytes)
 /* Open the file at @p path, which is no voxels of a pair, by its own first bytes. */
 static sc_status open_by_mark(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
-    size_t which;
+    const reader *r;
     head h;
 
     SC_PASS(read_head(ctx, path, &h));
-    which = reader_of(&h);
-    if (which == SC_COUNT_OF(readers))
+    r = reader_of(&h);
+    if (!r)
         return refuse_file(ctx, path, &h);
-    return readers[which].open ? readers[which].open(ctx, path, out)
-                               : sc_open_nrrd(ctx, path, header_only, out);
+    return r->open ? r->open(ctx, path, out) : sc_open_nrrd(ctx, path, header_only, out);
 }
 
 sc_status sc_open_file(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
