@@ -2,8 +2,6 @@
 /* The rows of label tables, of whatever format, and what a volume takes from them. */
 #include "source.h"
 
-#include <stdlib.h>
-
 void sc_name_read(const char *from, char *out, sc_name_count *count)
 {
     const bool whole = sc_copy_name(from, out, SC_NAME_BYTES);
@@ -68,34 +66,14 @@ sc_label *sc_volume_label(const sc_volume *volume, int64_t value)
     return NULL;
 }
 
-/* For qsort of sc_label: rising by value. */
-static int by_value(const void *a, const void *b)
-{
-    const int64_t x = ((const sc_label *)a)->value, y = ((const sc_label *)b)->value;
-
-    return (x > y) - (x < y);
-}
-
 sc_status sc_volume_add_labels(const sc_ctx *ctx, sc_volume *volume, const sc_label_table *table)
 {
-    const size_t most = (size_t)volume->label_count + table->count;
-    size_t count = (size_t)volume->label_count, distinct = 1;
-    sc_label *labels;
+    SC_OWN(sc_relabel_clear) sc_relabel made = {0};
 
-    SC_PASS(SC_ALLOC(ctx, most, &labels));
-    memcpy(labels, volume->labels, count * sizeof *labels);
-    for (size_t i = 0; i < table->count; i++) {
-        if (table->rows[i].value != 0 && !sc_volume_label(volume, table->rows[i].value))
-            labels[count++] = sc_label_new(table->rows[i].value);
-    }
-    qsort(labels + 1, count - 1, sizeof *labels, by_value);
-    for (size_t i = 1; i < count; i++) { /* a table may name a value twice */
-        if (i == 1 || labels[i].value != labels[distinct - 1].value)
-            labels[distinct++] = labels[i];
-    }
+    SC_PASS(sc_relabel_with(ctx, volume->labels, volume->label_count, table, &made));
     sc_free(volume->labels);
-    volume->labels = labels;
-    volume->label_count = (int)distinct;
+    SC_HAND_OVER(made.labels, &volume->labels);
+    volume->label_count = made.label_count;
     sc_volume_apply_table(volume, table);
     return SC_OK;
 }
