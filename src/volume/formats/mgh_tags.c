@@ -50,30 +50,28 @@ static bool skip_bytes(tag_reading *r, int64_t bytes)
     return true;
 }
 
-static bool read_whole(tag_reading *r, int32_t *out)
-{
-    unsigned char b[4];
-
-    if (!read_bytes(r, b, sizeof b))
-        return false;
-    *out = (int32_t)sc_number_at(b, 4, true);
-    return true;
-}
-
-static bool read_long(tag_reading *r, int64_t *out)
+/* Read a number of @p bytes bytes, 4 or 8. */
+static bool read_number(tag_reading *r, int bytes, int64_t *out)
 {
     unsigned char b[8];
 
-    if (!read_bytes(r, b, sizeof b))
+    if (!read_bytes(r, b, (size_t)bytes))
         return false;
-    *out = (int64_t)sc_number_at(b, 8, true);
+    *out = (int64_t)sc_number_at(b, bytes, true);
+    *out = bytes == 4 ? (int32_t)*out : *out;
     return true;
+}
+
+/* Read a number of four bytes. */
+static bool read_whole(tag_reading *r, int64_t *out)
+{
+    return read_number(r, 4, out);
 }
 
 /* Read a text behind its length, which counts a NUL byte at its end, to @p out[TEXT_BYTES]. */
 static bool read_text(tag_reading *r, char *out)
 {
-    int32_t bytes;
+    int64_t bytes;
     size_t kept;
 
     if (!read_whole(r, &bytes) || bytes < 0)
@@ -85,11 +83,11 @@ static bool read_text(tag_reading *r, char *out)
 
 /* Read one row behind its number, and append it. *status is SC_ERR_MEMORY if there is no memory.
  * @return false if there is none, or if the file ends. */
-static bool read_row(tag_reading *r, int32_t value, sc_status *status)
+static bool read_row(tag_reading *r, int64_t value, sc_status *status)
 {
     char name[TEXT_BYTES];
     sc_label row = {.value = value, .has_color = true, .opacity = -1};
-    int32_t level[4]; /* red, green, blue, transparency */
+    int64_t level[4]; /* red, green, blue, transparency */
 
     if (!read_text(r, name))
         return false;
@@ -115,7 +113,7 @@ static bool read_row(tag_reading *r, int32_t value, sc_status *status)
 static bool read_color_table(tag_reading *r, sc_status *status)
 {
     char text[TEXT_BYTES];
-    int32_t first, rows;
+    int64_t first, rows;
     bool numbered;
 
     if (!read_whole(r, &first))
@@ -129,8 +127,8 @@ static bool read_color_table(tag_reading *r, sc_status *status)
         return false;
     if (rows < 0 || rows > SC_TABLE_ROWS_MAX)
         return false;
-    for (int32_t i = 0; i < rows; i++) {
-        int32_t value = i;
+    for (int64_t i = 0; i < rows; i++) {
+        int64_t value = i;
 
         if ((numbered && !read_whole(r, &value)) || !read_row(r, value, status))
             return false;
@@ -142,22 +140,18 @@ static bool read_color_table(tag_reading *r, sc_status *status)
 static sc_status read_tags(tag_reading *r)
 {
     const size_t rows_before = r->table->count;
-    int32_t tag, short_length;
-    int64_t length;
+    int64_t tag, length;
     sc_status status = SC_OK;
 
     if (!skip_bytes(r, SCAN_BYTES))
         return SC_OK;
     for (int i = 0; i < TAGS_MAX && read_whole(r, &tag) && tag > 0; i++) {
         length = 0;
-        if (tag == TAG_OLD_SURFACE_GEOMETRY || tag == TAG_OLD_TRANSFORM) {
-            if (!read_whole(r, &short_length))
-                return SC_OK;
-            length = short_length;
-        } else if (tag != TAG_OLD_COLOR_TABLE && tag != TAG_OLD_REAL_RAS &&
-                   !read_long(r, &length)) {
+        const bool is_short = tag == TAG_OLD_SURFACE_GEOMETRY || tag == TAG_OLD_TRANSFORM;
+
+        if (tag != TAG_OLD_COLOR_TABLE && tag != TAG_OLD_REAL_RAS &&
+            !read_number(r, is_short ? 4 : 8, &length))
             return SC_OK;
-        }
         if (tag == TAG_OLD_COLOR_TABLE || tag == TAG_COLOR_TABLE) {
             if (read_color_table(r, &status) || status != SC_OK)
                 return status;

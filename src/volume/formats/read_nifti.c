@@ -38,29 +38,24 @@ typedef struct fields {
                sizeof(out)->turn);                                                                 \
     } while (0)
 
-/* Fill *out from the bytes of a header of version 1. @p swapped: the
- * header is in the byte order that this machine does not have. */
-static void fields_of_header1(const unsigned char *bytes, bool swapped, fields *out)
+/* Fill *out, whose version is set, from the bytes of a header. @p swapped: it is in the byte order
+ * that this machine does not have. */
+static void fields_of_header(bool swapped, fields *out)
 {
-    nifti_1_header header;
+    nifti_1_header header1;
+    nifti_2_header header2;
 
-    memcpy(&header, bytes, sizeof header);
-    if (swapped)
-        nifti_swap_as_nifti1(&header);
-    out->version = 1;
-    COPY_FIELDS(header, out);
-}
-
-/* The same for a header of version 2 (NIfTI-2), which is larger and has wider fields. */
-static void fields_of_header2(const unsigned char *bytes, bool swapped, fields *out)
-{
-    nifti_2_header header;
-
-    memcpy(&header, bytes, sizeof header);
-    if (swapped)
-        nifti_swap_as_nifti2(&header);
-    out->version = 2;
-    COPY_FIELDS(header, out);
+    if (out->version == 1) {
+        memcpy(&header1, out->bytes, sizeof header1);
+        if (swapped)
+            nifti_swap_as_nifti1(&header1);
+        COPY_FIELDS(header1, out);
+    } else { /* NIfTI-2, which is larger and has wider fields */
+        memcpy(&header2, out->bytes, sizeof header2);
+        if (swapped)
+            nifti_swap_as_nifti2(&header2);
+        COPY_FIELDS(header2, out);
+    }
 }
 
 /* Fill *out from the header of the file, in this machine's byte order. What is not of version 1
@@ -69,20 +64,17 @@ static void fields_of_header2(const unsigned char *bytes, bool swapped, fields *
  * is too short. */
 static sc_status parse_header(const sc_ctx *ctx, const char *path, fields *out)
 {
-    const unsigned char *bytes = out->bytes;
     int32_t size;
     size_t count = 0;
 
     SC_PASS(
         sc_read_header_bytes(ctx, path, "NIfTI", out->bytes, HEADER2_BYTES, HEADER1_BYTES, &count));
-    memcpy(&size, bytes, sizeof size);
-    if (size == HEADER1_BYTES || size == 0x5c010000)
-        fields_of_header1(bytes, size != HEADER1_BYTES, out);
-    else if (count == HEADER2_BYTES)
-        fields_of_header2(bytes, size != HEADER2_BYTES, out);
-    else
+    memcpy(&size, out->bytes, sizeof size);
+    out->version = size == HEADER1_BYTES || size == 0x5c010000 ? 1 : 2;
+    if (out->version == 2 && count < HEADER2_BYTES)
         return sc_fail(ctx, SC_ERR_DATA, "%s: ends after %zu bytes, expected a header of %d", path,
                        count, HEADER2_BYTES);
+    fields_of_header(size != (out->version == 1 ? HEADER1_BYTES : HEADER2_BYTES), out);
     return SC_OK;
 }
 

@@ -120,27 +120,25 @@ static sc_status spatial_axes(const sc_ctx *ctx, const char *path, const Nrrd *n
  * superior. @return false if the file does not name its space or names another; all are 1 then. */
 static bool space_signs(const sc_ctx *ctx, const char *path, int space, double signs[3])
 {
+    static const struct {
+        int spaces[2]; /* alone, and with an axis of time */
+        double x, y;
+    } known[] = {{{nrrdSpaceRightAnteriorSuperior, nrrdSpaceRightAnteriorSuperiorTime}, 1, 1},
+                 {{nrrdSpaceLeftAnteriorSuperior, nrrdSpaceLeftAnteriorSuperiorTime}, -1, 1},
+                 {{nrrdSpaceLeftPosteriorSuperior, nrrdSpaceLeftPosteriorSuperiorTime}, -1, -1},
+                 {{nrrdSpaceScannerXYZ, nrrdSpaceScannerXYZTime}, -1, -1}};
+
     signs[0] = signs[1] = signs[2] = 1;
-    switch (space) {
-    case nrrdSpaceRightAnteriorSuperior:
-    case nrrdSpaceRightAnteriorSuperiorTime:
+    for (size_t i = 0; i < SC_COUNT_OF(known); i++) {
+        if (space != known[i].spaces[0] && space != known[i].spaces[1])
+            continue;
+        if (known[i].spaces[0] == nrrdSpaceScannerXYZ)
+            sc_warn(ctx, "%s: space is scanner-xyz, read as left-posterior-superior", path);
+        signs[0] = known[i].x;
+        signs[1] = known[i].y;
         return true;
-    case nrrdSpaceLeftAnteriorSuperior:
-    case nrrdSpaceLeftAnteriorSuperiorTime:
-        signs[0] = -1;
-        return true;
-    case nrrdSpaceScannerXYZ:
-    case nrrdSpaceScannerXYZTime:
-        sc_warn(ctx, "%s: space is scanner-xyz, read as left-posterior-superior", path);
-        signs[0] = signs[1] = -1;
-        return true;
-    case nrrdSpaceLeftPosteriorSuperior:
-    case nrrdSpaceLeftPosteriorSuperiorTime:
-        signs[0] = signs[1] = -1;
-        return true;
-    default:
-        return false;
     }
+    return false;
 }
 
 /* @return the millimetres of one @p unit of the file's world axes; 1 if it is NULL or empty,
