@@ -4,12 +4,10 @@
 #ifndef SC_VOLUME_SOURCE_H
 #define SC_VOLUME_SOURCE_H
 
+#include "bytes.h"
 #include "segcast/volume.h"
 
 #include <dirent.h>
-
-/* Numbers of this machine have the lowest byte first. */
-#define SC_IS_LITTLE_ENDIAN (__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__)
 
 /* How one voxel is stored. The readers' tables of type names are in this order. */
 typedef enum sc_voxel_type {
@@ -237,6 +235,10 @@ sc_status sc_read_header_bytes(const sc_ctx *ctx, const char *path, const char *
 bool sc_voxel_type_named(const char *name, const char *const *names, sc_voxel_type *out);
 /* The same of a number; -1 stands for types that the format has not. */
 bool sc_voxel_type_coded(int code, const int codes[SC_VOXEL_TYPES], sc_voxel_type *out);
+/* @return whether voxels of a type, of integers, can have a value. */
+bool sc_voxel_type_fits(sc_voxel_type type, int64_t value);
+/* @return whether voxels of a type are integers. */
+bool sc_voxel_type_is_integer(sc_voxel_type type);
 
 /* Check that a file, which may be a gzip file, can hold @p needed bytes even if it is compressed as
  * well as possible. @return SC_ERR_DATA if not; SC_ERR_MISSING if it cannot be opened,

@@ -27,11 +27,6 @@ static const char *why_no_label(double value)
     return NULL;
 }
 
-static bool is_float(sc_voxel_type type)
-{
-    return type == SC_VOXEL_FLOAT || type == SC_VOXEL_DOUBLE;
-}
-
 /* @return what voxel @p i stands for, a float or an integer that the header scales. Floats are read
  * from @p raw; integers stand in @p out already. */
 static double scaled_value(const sc_source *source, const void *raw, const int64_t *out, size_t i)
@@ -51,8 +46,10 @@ static double nearest_label(const sc_source *source, double value)
 {
     const double step = fabs(source->slope), whole = round(value);
 
-    return !is_float(source->type) && step < 1 && fabs(value - whole) <= 0.5000001 * step ? whole
-                                                                                          : value;
+    return sc_voxel_type_is_integer(source->type) && step < 1 &&
+                   fabs(value - whole) <= 0.5000001 * step
+               ? whole
+               : value;
 }
 
 /* Write slope * value + intercept to out[count]; see scaled_value. @return the index of the first
@@ -77,31 +74,19 @@ static size_t load_scaled(sc_voxel_stream *s, const void *raw, size_t count, int
 }
 
 /* The cases of a switch over the types of integers: DO(type) for each. */
-#define INTEGER_CASES(DO)                                                                          \
-    case SC_VOXEL_INT8:                                                                            \
-        DO(int8_t);                                                                                \
-        break;                                                                                     \
-    case SC_VOXEL_UINT8:                                                                           \
-        DO(uint8_t);                                                                               \
-        break;                                                                                     \
-    case SC_VOXEL_INT16:                                                                           \
-        DO(int16_t);                                                                               \
-        break;                                                                                     \
-    case SC_VOXEL_UINT16:                                                                          \
-        DO(uint16_t);                                                                              \
-        break;                                                                                     \
-    case SC_VOXEL_INT32:                                                                           \
-        DO(int32_t);                                                                               \
-        break;                                                                                     \
-    case SC_VOXEL_UINT32:                                                                          \
-        DO(uint32_t);                                                                              \
-        break;                                                                                     \
-    case SC_VOXEL_UINT64:                                                                          \
-        DO(uint64_t);                                                                              \
-        break;                                                                                     \
-    case SC_VOXEL_INT64:                                                                           \
-        DO(int64_t);                                                                               \
+#define CASE(name, type, DO)                                                                       \
+    case SC_VOXEL_##name:                                                                          \
+        DO(type);                                                                                  \
         break
+#define INTEGER_CASES(DO)                                                                          \
+    CASE(INT8, int8_t, DO);                                                                        \
+    CASE(UINT8, uint8_t, DO);                                                                      \
+    CASE(INT16, int16_t, DO);                                                                      \
+    CASE(UINT16, uint16_t, DO);                                                                    \
+    CASE(INT32, int32_t, DO);                                                                      \
+    CASE(UINT32, uint32_t, DO);                                                                    \
+    CASE(UINT64, uint64_t, DO);                                                                    \
+    CASE(INT64, int64_t, DO)
 
 /* Copy raw[count], of this type, to out[count]; for widen only. */
 #define WIDEN(type)                                                                                \
@@ -125,7 +110,7 @@ static void widen(sc_voxel_type type, const void *raw, size_t count, int64_t *ou
 bool sc_stream_is_plain(const sc_source *source)
 {
     return !source->swapped && source->slope == 1 && source->intercept == 0 &&
-           !is_float(source->type) && source->type != SC_VOXEL_UINT64;
+           sc_voxel_type_is_integer(source->type) && source->type != SC_VOXEL_UINT64;
 }
 
 /* What sc_run_end does with values of one type. Long runs are compared by blocks, which compilers
@@ -168,7 +153,7 @@ size_t sc_stream_values(sc_voxel_stream *s, const void *raw, size_t count, void 
         raw = room;
     }
     widen(source->type, raw, count, out);
-    if (is_float(source->type))
+    if (!sc_voxel_type_is_integer(source->type))
         return load_scaled(s, raw, count, out);
     for (size_t i = 0; i < count && source->type == SC_VOXEL_UINT64; i++) {
         if (out[i] < 0)
@@ -241,12 +226,8 @@ static void load_numbers(const sc_source *source, const void *raw, size_t count,
 
     switch (source->type) {
         INTEGER_CASES(SCALE);
-    case SC_VOXEL_FLOAT:
-        SCALE(float);
-        break;
-    case SC_VOXEL_DOUBLE:
-        SCALE(double);
-        break;
+        CASE(FLOAT, float, SCALE);
+        CASE(DOUBLE, double, SCALE);
     }
 }
 

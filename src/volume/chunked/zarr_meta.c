@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The metadata of an array of Zarr, version 2 (.zarray) and version 3 (zarr.json), and of N5. */
+#include "bytes.h"
 #include "chunked/zarr.h"
 
 /* The metadata while they are read. */
@@ -10,14 +11,14 @@ typedef struct meta_reading {
 } meta_reading;
 
 /* Log what is wrong with the key @p key. @return SC_ERR_DATA always. */
-static sc_status refuse(const sc_ctx *ctx, const sc_zarr_node *node, const char *key,
-                        const json_t *found, const char *expected)
+static sc_status refuse(const meta_reading *r, const char *key, const json_t *found,
+                        const char *expected)
 {
     SC_OWN(sc_free_at)
     char *text = found ? json_dumps(found, JSON_ENCODE_ANY | JSON_COMPACT) : NULL;
 
-    return sc_fail(ctx, SC_ERR_DATA, "%s/%s: \"%s\" is %.120s%s, expected %s", node->path,
-                   node->meta_name, key, text ? text : "missing",
+    return sc_fail(r->ctx, SC_ERR_DATA, "%s/%s: \"%s\" is %.120s%s, expected %s", r->node->path,
+                   r->node->meta_name, key, text ? text : "missing",
                    text && strlen(text) > 120 ? "..." : "", expected);
 }
 
@@ -42,9 +43,7 @@ static sc_status read_shape(const meta_reading *r, const char *key, const json_t
         out[i] = json_integer_value(number);
         good = json_is_integer(number) && out[i] >= 1 && out[i] <= INT32_MAX;
     }
-    return good ? SC_OK
-                : refuse(r->ctx, r->node, key, list,
-                         "a number from 1 to 2147483647 for each dimension");
+    return good ? SC_OK : refuse(r, key, list, "a number from 1 to 2147483647 for each dimension");
 }
 
 /* Check that a chunk of this shape has a size that can be unpacked. */
@@ -55,9 +54,9 @@ static sc_status check_chunk(const meta_reading *r, const char *key, const json_
 
     for (int i = 0; i < r->array->rank; i++)
         values *= (double)shape[i];
-    return values <= most ? SC_OK
-                          : refuse(r->ctx, r->node, key, found,
-                                   "chunks of at most 2^30 values, and shards of at most 2^40");
+    return values <= most
+               ? SC_OK
+               : refuse(r, key, found, "chunks of at most 2^30 values, and shards of at most 2^40");
 }
 
 /* Read the shape of the array and, from it, its rank. */
@@ -68,7 +67,7 @@ static sc_status read_array_shape(const meta_reading *r)
     const size_t rank = json_array_size(shape);
 
     if (rank < 2 || rank > SC_ZARR_RANK_MAX)
-        return refuse(r->ctx, r->node, key, shape, "the sizes of 2 to 8 dimensions");
+        return refuse(r, key, shape, "the sizes of 2 to 8 dimensions");
     r->array->rank = (int)rank;
     return read_shape(r, key, shape, r->array->shape);
 }
@@ -93,77 +92,43 @@ static sc_status read_type(const meta_reading *r, const char *key)
         name = v2 ? "u1" : "uint8";
     if (sc_voxel_type_named(name, v2 ? short_names : NULL, &r->array->type))
         return SC_OK;
-    return refuse(r->ctx, r->node, key, found,
+    return refuse(r, key, found,
                   v2 ? "integers or floats, such as \"<u2\""
                      : "integers or floats, such as \"uint16\"");
-}
-
-/* Write @p value to array->fill as the array's type. */
-static void store_fill(sc_zarr_array *array, double real, int64_t integer)
-{
-    const size_t bytes = sc_voxel_type_bytes(array->type);
-    const float narrow = (float)real;
-    const int8_t i8 = (int8_t)integer;
-    const int16_t i16 = (int16_t)integer;
-    const int32_t i32 = (int32_t)integer;
-
-    if (array->type == SC_VOXEL_FLOAT)
-        memcpy(array->fill, &narrow, sizeof narrow);
-    else if (array->type == SC_VOXEL_DOUBLE)
-        memcpy(array->fill, &real, sizeof real);
-    else if (bytes == 1)
-        memcpy(array->fill, &i8, sizeof i8);
-    else if (bytes == 2)
-        memcpy(array->fill, &i16, sizeof i16);
-    else if (bytes == 4)
-        memcpy(array->fill, &i32, sizeof i32);
-    else
-        memcpy(array->fill, &integer, sizeof integer);
-}
-
-/* @return what is expected instead of @p value, which cannot be stored as @p type; NULL if it can.
- * Floats hold any. */
-static const char *why_unfit(sc_voxel_type type, int64_t value)
-{
-    const unsigned bits = 8 * (unsigned)sc_voxel_type_bytes(type);
-    const bool is_signed = type == SC_VOXEL_INT8 || type == SC_VOXEL_INT16 ||
-                           type == SC_VOXEL_INT32 || type == SC_VOXEL_INT64;
-    const int64_t most = bits == 64  ? INT64_MAX
-                         : is_signed ? ((int64_t)1 << (bits - 1)) - 1
-                                     : ((int64_t)1 << bits) - 1;
-
-    if (type == SC_VOXEL_FLOAT || type == SC_VOXEL_DOUBLE)
-        return NULL;
-    if (value >= (is_signed ? -most - 1 : 0) && value <= most)
-        return NULL;
-    return "a number within the range of the array's type";
 }
 
 /* Read the value of chunks that are not there; null counts as 0. */
 static sc_status read_fill(const meta_reading *r)
 {
     const json_t *found = json_object_get(r->node->meta, "fill_value");
-    const char *text = json_string_value(found), *expected;
-    const bool is_float = r->array->type == SC_VOXEL_FLOAT || r->array->type == SC_VOXEL_DOUBLE;
+    const char *text = json_string_value(found);
+    const sc_voxel_type type = r->array->type;
+    const bool is_float = !sc_voxel_type_is_integer(type);
     double real = json_number_value(found);
     int64_t integer = 0;
+    float narrow;
 
     if (found && !json_is_null(found) && !json_is_number(found) && !json_is_boolean(found) && !text)
-        return refuse(r->ctx, r->node, "fill_value", found, "a number");
+        return refuse(r, "fill_value", found, "a number");
     if (text && strcmp(text, "NaN") && strcmp(text, "Infinity") && strcmp(text, "-Infinity"))
-        return refuse(r->ctx, r->node, "fill_value", found, "a number");
+        return refuse(r, "fill_value", found, "a number");
     if (!is_float && (text || (json_is_real(found) && (real != floor(real) || fabs(real) > 9e15))))
-        return refuse(r->ctx, r->node, "fill_value", found, "a whole number");
+        return refuse(r, "fill_value", found, "a whole number");
     if (text)
         real = (double)NAN; /* which is refused where a chunk is missing, as in any chunk */
     if (json_is_true(found))
         real = 1;
-    if (!is_float)
-        integer = json_is_integer(found) ? json_integer_value(found) : (int64_t)real;
-    expected = why_unfit(r->array->type, integer);
-    if (expected)
-        return refuse(r->ctx, r->node, "fill_value", found, expected);
-    store_fill(r->array, real, integer);
+    narrow = (float)real;
+    if (type == SC_VOXEL_FLOAT)
+        memcpy(r->array->fill, &narrow, sizeof narrow);
+    else if (type == SC_VOXEL_DOUBLE)
+        memcpy(r->array->fill, &real, sizeof real);
+    if (is_float)
+        return SC_OK;
+    integer = json_is_integer(found) ? json_integer_value(found) : (int64_t)real;
+    if (!sc_voxel_type_fits(type, integer))
+        return refuse(r, "fill_value", found, "a number within the range of the array's type");
+    sc_number_put((uint64_t)integer, sc_voxel_type_bytes(type), r->array->fill);
     return SC_OK;
 }
 
@@ -225,11 +190,11 @@ static sc_status read_v2(const meta_reading *r)
                         SC_ZARR_CHUNK_VALUES_MAX));
     memcpy(array->file_shape, array->chunk, sizeof array->chunk);
     if (!order || (strcmp(order, "C") && strcmp(order, "F")))
-        return refuse(r->ctx, r->node, "order", json_object_get(meta, "order"), "\"C\" or \"F\"");
+        return refuse(r, "order", json_object_get(meta, "order"), "\"C\" or \"F\"");
     for (int i = 0; i < array->rank; i++)
         array->pipeline.order[i] = *order == 'C' ? i : array->rank - 1 - i;
     if (json_array_size(filters) > 0)
-        return refuse(r->ctx, r->node, "filters", filters, "null: write it anew without filters");
+        return refuse(r, "filters", filters, "null: write it anew without filters");
     if (compressor && !json_is_null(compressor))
         SC_PASS(sc_zarr_add_codec(r->ctx, r->node,
                                   json_string_value(json_object_get(compressor, "id")),
@@ -240,7 +205,7 @@ static sc_status read_v2(const meta_reading *r)
         const char *text = json_string_value(separator);
 
         if (!text || (strcmp(text, ".") && strcmp(text, "/")))
-            return refuse(r->ctx, r->node, "dimension_separator", separator, "\".\" or \"/\"");
+            return refuse(r, "dimension_separator", separator, "\".\" or \"/\"");
         array->separator = *text;
     }
     return read_fill(r);
@@ -273,7 +238,7 @@ static sc_status add_transpose(const meta_reading *r, const json_t *codec,
         const int64_t from = json_integer_value(number);
 
         if (!json_is_integer(number) || from < 0 || from >= r->array->rank || (seen >> from & 1))
-            return refuse(r->ctx, r->node, "transpose", codec, "each dimension once in \"order\"");
+            return refuse(r, "transpose", codec, "each dimension once in \"order\"");
         seen |= 1u << from;
         order[i] = before[from];
     }
@@ -287,7 +252,7 @@ static sc_status read_endian(const meta_reading *r, const json_t *codec, bool *b
     const char *text = json_string_value(endian);
 
     if (endian && (!text || (strcmp(text, "little") && strcmp(text, "big"))))
-        return refuse(r->ctx, r->node, "endian", endian, "\"little\" or \"big\"");
+        return refuse(r, "endian", endian, "\"little\" or \"big\"");
     *big = text && !strcmp(text, "big");
     return SC_OK;
 }
@@ -304,9 +269,9 @@ static sc_status read_index_codecs(const meta_reading *r, const json_t *config)
 
     if (count < 1 || count > 2 || !first || strcmp(first, "bytes") || !second ||
         strcmp(second, "crc32c"))
-        return refuse(r->ctx, r->node, "index_codecs", codecs, "bytes, and maybe crc32c");
+        return refuse(r, "index_codecs", codecs, "bytes, and maybe crc32c");
     if (!where || (strcmp(where, "start") && strcmp(where, "end")))
-        return refuse(r->ctx, r->node, "index_location", location, "\"start\" or \"end\"");
+        return refuse(r, "index_location", location, "\"start\" or \"end\"");
     r->array->index_crc = count == 2;
     r->array->index_first = !strcmp(where, "start");
     return read_endian(r, json_array_get(codecs, 0), &r->array->index_big_endian);
@@ -321,10 +286,10 @@ static sc_status read_sharding(const meta_reading *r, const json_t *codec)
     sc_zarr_array *array = r->array;
 
     if (array->sharded || array->pipeline.count > 0)
-        return refuse(r->ctx, r->node, "codecs", codec, "shards that are not within others");
+        return refuse(r, "codecs", codec, "shards that are not within others");
     for (int i = 0; i < array->rank; i++) {
         if (array->pipeline.order[i] != i)
-            return refuse(r->ctx, r->node, "codecs", codec,
+            return refuse(r, "codecs", codec,
                           "\"transpose\" within \"sharding_indexed\", not before it");
     }
     array->sharded = true;
@@ -332,8 +297,7 @@ static sc_status read_sharding(const meta_reading *r, const json_t *codec)
     SC_PASS(check_chunk(r, "chunk_shape", shape, array->chunk, SC_ZARR_CHUNK_VALUES_MAX));
     for (int i = 0; i < array->rank; i++) {
         if (array->file_shape[i] % array->chunk[i])
-            return refuse(r->ctx, r->node, "chunk_shape", shape,
-                          "divisors of the shape of a shard");
+            return refuse(r, "chunk_shape", shape, "divisors of the shape of a shard");
     }
     SC_PASS(read_index_codecs(r, config));
     return read_codecs(r, json_object_get(config, "codecs"));
@@ -350,7 +314,7 @@ static sc_status read_codecs(const meta_reading *r, const json_t *codecs)
         const char *name = codec_name(codec);
 
         if (shards)
-            return refuse(r->ctx, r->node, "codecs", codecs, "nothing behind \"sharding_indexed\"");
+            return refuse(r, "codecs", codecs, "nothing behind \"sharding_indexed\"");
         if (name && !bytes && !strcmp(name, "transpose")) {
             SC_PASS(add_transpose(r, codec, pipeline->order));
         } else if (name && !bytes && (!strcmp(name, "bytes") || !strcmp(name, "endian"))) {
@@ -362,12 +326,12 @@ static sc_status read_codecs(const meta_reading *r, const json_t *codecs)
         } else if (bytes) {
             SC_PASS(sc_zarr_add_codec(r->ctx, r->node, name, pipeline));
         } else {
-            return refuse(r->ctx, r->node, "codecs", codecs,
+            return refuse(r, "codecs", codecs,
                           "\"bytes\" or \"sharding_indexed\" before any compression");
         }
     }
     if (!bytes)
-        return refuse(r->ctx, r->node, "codecs", codecs, "a list with \"bytes\"");
+        return refuse(r, "codecs", codecs, "a list with \"bytes\"");
     return SC_OK;
 }
 
@@ -382,7 +346,7 @@ static sc_status read_keys(const meta_reading *r)
 
     if (!name || (!by_default && strcmp(name, "v2")) ||
         (separator && (!text || (strcmp(text, "/") && strcmp(text, ".")))))
-        return refuse(r->ctx, r->node, "chunk_key_encoding", keys,
+        return refuse(r, "chunk_key_encoding", keys,
                       "\"default\" or \"v2\", with the separator \"/\" or \".\"");
     r->array->prefix = by_default ? "c" : "";
     r->array->separator = text ? *text : by_default ? '/' : '.';
@@ -407,10 +371,10 @@ static sc_status read_v3(const meta_reading *r)
 
     SC_PASS(read_type(r, "data_type"));
     if (!grid_name || strcmp(grid_name, "regular"))
-        return refuse(r->ctx, r->node, "chunk_grid", grid, "\"regular\"");
+        return refuse(r, "chunk_grid", grid, "\"regular\"");
     if (json_array_size(json_object_get(meta, "storage_transformers")) > 0)
-        return refuse(r->ctx, r->node, "storage_transformers",
-                      json_object_get(meta, "storage_transformers"), "none");
+        return refuse(r, "storage_transformers", json_object_get(meta, "storage_transformers"),
+                      "none");
     SC_PASS(read_shape(r, "chunk_shape", shape, array->file_shape));
     memcpy(array->chunk, array->file_shape, sizeof array->chunk);
     for (int i = 0; i < array->rank; i++)

@@ -53,6 +53,20 @@ bool sc_voxel_type_coded(int code, const int codes[SC_VOXEL_TYPES], sc_voxel_typ
     return false;
 }
 
+bool sc_voxel_type_fits(sc_voxel_type type, int64_t value)
+{
+    static const int64_t lowest[] = {INT8_MIN, 0, INT16_MIN, 0, INT32_MIN, 0, INT64_MIN, 0};
+    static const int64_t highest[] = {INT8_MAX,  UINT8_MAX,  INT16_MAX, UINT16_MAX,
+                                      INT32_MAX, UINT32_MAX, INT64_MAX, INT64_MAX};
+
+    return value >= lowest[type] && value <= highest[type];
+}
+
+bool sc_voxel_type_is_integer(sc_voxel_type type)
+{
+    return type != SC_VOXEL_FLOAT && type != SC_VOXEL_DOUBLE;
+}
+
 /* @return why no file can be called @p name; NULL if one can. */
 static const char *why_no_file(const char *name)
 {

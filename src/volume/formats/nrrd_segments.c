@@ -9,20 +9,6 @@
 #include <jansson.h>
 #include <stdlib.h>
 
-bool sc_voxel_type_fits(sc_voxel_type type, int64_t value)
-{
-    static const int64_t lowest[] = {INT8_MIN, 0, INT16_MIN, 0, INT32_MIN, 0, INT64_MIN, 0};
-    static const int64_t highest[] = {INT8_MAX,  UINT8_MAX,  INT16_MAX, UINT16_MAX,
-                                      INT32_MAX, UINT32_MAX, INT64_MAX, INT64_MAX};
-
-    return value >= lowest[type] && value <= highest[type];
-}
-
-bool sc_voxel_type_is_integer(sc_voxel_type type)
-{
-    return type != SC_VOXEL_FLOAT && type != SC_VOXEL_DOUBLE;
-}
-
 /* Read "R G B", each from 0 to 1, as 8-bit levels. @return false if @p text is NULL or no such
  * colour; @p rgb may have changed then. */
 static bool parse_color(const char *text, uint8_t rgb[3])

@@ -5,10 +5,6 @@
 
 #include "formats/nrrd_header.h"
 
-/* @return whether voxels of a type, of integers, can have a value. */
-bool sc_voxel_type_fits(sc_voxel_type type, int64_t value);
-/* @return whether voxels of a type are integers. */
-bool sc_voxel_type_is_integer(sc_voxel_type type);
 /* Append the segments, from number 0 up to the first that has neither ID nor LabelValue, to the
  * table of @p source, or the labels of MITK's groups, and set its segments if there are layers.
  * @return SC_ERR_DATA, logged, for groups that are no JSON or have no labels; SC_ERR_MEMORY. */

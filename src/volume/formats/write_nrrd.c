@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* NRRD with the Segment keys of 3D Slicer. Written without Teem, which cannot write through a file
  * that is open already; that is what makes the file appear whole or not at all. */
+#include "bytes.h"
 #include "segcast/grey.h"
 
 #include <errno.h>
@@ -95,19 +96,8 @@ static void values_of(const sc_volume *volume, size_t begin, size_t count, size_
     for (size_t i = 0; i < count; i++) {
         const int64_t value = volume->labels[sc_volume_id(volume, begin + i)].value;
 
-        switch (types[type].bytes) {
-        case 1:
-            ((uint8_t *)out)[i] = (uint8_t)value;
-            break;
-        case 2:
-            ((uint16_t *)out)[i] = (uint16_t)value;
-            break;
-        case 4:
-            ((int32_t *)out)[i] = (int32_t)value;
-            break;
-        default:
-            ((int64_t *)out)[i] = value;
-        }
+        sc_number_put((uint64_t)value, types[type].bytes,
+                      (unsigned char *)out + i * types[type].bytes);
     }
 }
 
