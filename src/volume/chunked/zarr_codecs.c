@@ -14,17 +14,6 @@
 #include <zstd.h>
 #endif
 
-const char *sc_zarr_codec_lacks(sc_zarr_codec codec)
-{
-    if (codec == SC_ZARR_BLOSC && !SC_HAVE_BLOSC)
-        return "c-blosc (Debian: libblosc-dev)";
-    if (codec == SC_ZARR_ZSTD && !SC_HAVE_ZSTD)
-        return "zstd (Debian: libzstd-dev)";
-    if ((codec == SC_ZARR_LZ4 || codec == SC_ZARR_LZ4_N5) && !SC_HAVE_LZ4)
-        return "lz4 (Debian: liblz4-dev)";
-    return NULL;
-}
-
 uint32_t sc_zarr_crc32c(const unsigned char *data, size_t bytes)
 {
     /* By half bytes, of the polynomial 0x82f63b78, bits reversed. */
@@ -147,26 +136,23 @@ static bool unblosc(const unsigned char *in, size_t in_bytes, unsigned char *out
     return false;
 }
 
-/* Undo one compression. */
-static bool unpack(sc_zarr_codec codec, const unsigned char *in, size_t in_bytes,
-                   unsigned char *out, size_t bytes, char *why)
+/* How each compression is undone, and the package without which segcast was built and which it
+ * needs; NULL: none. */
+static const struct {
+    bool (*unpack)(const unsigned char *in, size_t in_bytes, unsigned char *out, size_t bytes,
+                   char *why);
+    const char *lacks;
+} codecs[] = {[SC_ZARR_GZIP] = {inflate_all, NULL},
+              [SC_ZARR_ZLIB] = {inflate_all, NULL},
+              [SC_ZARR_ZSTD] = {unzstd, SC_HAVE_ZSTD ? NULL : "zstd (Debian: libzstd-dev)"},
+              [SC_ZARR_LZ4] = {unlz4, SC_HAVE_LZ4 ? NULL : "lz4 (Debian: liblz4-dev)"},
+              [SC_ZARR_LZ4_N5] = {unlz4_blocks, SC_HAVE_LZ4 ? NULL : "lz4 (Debian: liblz4-dev)"},
+              [SC_ZARR_BLOSC] = {unblosc, SC_HAVE_BLOSC ? NULL : "c-blosc (Debian: libblosc-dev)"},
+              [SC_ZARR_CRC32C] = {0}};
+
+const char *sc_zarr_codec_lacks(sc_zarr_codec codec)
 {
-    switch (codec) {
-    case SC_ZARR_GZIP:
-    case SC_ZARR_ZLIB:
-        return inflate_all(in, in_bytes, out, bytes, why);
-    case SC_ZARR_ZSTD:
-        return unzstd(in, in_bytes, out, bytes, why);
-    case SC_ZARR_LZ4:
-        return unlz4(in, in_bytes, out, bytes, why);
-    case SC_ZARR_LZ4_N5:
-        return unlz4_blocks(in, in_bytes, out, bytes, why);
-    case SC_ZARR_BLOSC:
-        return unblosc(in, in_bytes, out, bytes, why);
-    case SC_ZARR_CRC32C:
-        break;
-    }
-    return false;
+    return codecs[codec].lacks;
 }
 
 /* Check the four bytes behind data[*bytes - 4], and take them off. */
@@ -194,7 +180,7 @@ bool sc_zarr_unpack(const sc_zarr_pipeline *pipeline, unsigned char *packed, siz
         } else { /* the only one; what is in front of it are check sums */
             const size_t unpacked = bytes + 4 * (size_t)i;
 
-            if (!unpack(pipeline->codecs[i], data, have, room, unpacked, why))
+            if (!codecs[pipeline->codecs[i]].unpack(data, have, room, unpacked, why))
                 return false;
             data = room;
             have = unpacked;
