@@ -461,11 +461,7 @@ sc_status sc_stream_next_numbers(sc_voxel_stream *stream, size_t count, double *
 sc_status sc_stream_finish(sc_voxel_stream *stream);
 /* Close the file and free the stream; NULL is allowed. */
 void sc_stream_close(sc_voxel_stream *stream);
-/* For SC_OWN. */
-static inline void sc_stream_close_at(sc_voxel_stream **stream)
-{
-    sc_stream_close(*stream);
-}
+SC_CLOSE_AT(sc_stream_close, sc_voxel_stream)
 
 /* One pass over the voxels of the wanted part, by ctx->threads threads; the result does not depend
  * on their number: the distinct labels, what they cover, and, if @p keep_ids, the voxels as dense

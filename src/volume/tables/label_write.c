@@ -266,69 +266,28 @@ const char *sc_table_writer_name(size_t i)
 
 /* ---- rows ---- */
 
-/* A row and its place in the table: rows of one value stay in order. */
-typedef struct placed {
-    const sc_label *row;
-    size_t place;
-} placed;
-
-static int by_value_and_place(const void *a, const void *b)
+/* @return whether a row says something else than the label of its number has. */
+static bool differs(const sc_label *label, const sc_label *row)
 {
-    const placed *x = a, *y = b;
-
-    if (x->row->value != y->row->value)
-        return x->row->value < y->row->value ? -1 : 1;
-    return x->place < y->place ? -1 : 1;
+    return (row->name[0] && strcmp(label->name, row->name) != 0) ||
+           (row->has_color && memcmp(label->rgb, row->rgb, sizeof label->rgb) != 0) ||
+           (row->opacity >= 0 && (row->opacity < label->opacity || row->opacity > label->opacity));
 }
 
-/* Fill in what @p label leaves open from a later row of its value. */
-static void fill_in(sc_label *label, const sc_label *later)
+/* List the labels of @p table by value, each once, behind background. *repeated is how many rows of
+ * numbers that stand there before say something else, which is lost. Caller owns *out:
+ * sc_volume_clear. @return SC_ERR_MEMORY. */
+static sc_status sort_labels(const sc_ctx *ctx, const sc_label_table *table, sc_volume *out,
+                             size_t *repeated)
 {
-    if (!label->name[0])
-        memcpy(label->name, later->name, sizeof label->name);
-    if (!label->has_color && later->has_color) {
-        memcpy(label->rgb, later->rgb, sizeof label->rgb);
-        label->has_color = true;
-    }
-    if (label->opacity < 0)
-        label->opacity = later->opacity;
-}
-
-/* @return whether a later row of a number says something else than the label has. */
-static bool differs(const sc_label *label, const sc_label *later)
-{
-    return (later->name[0] && strcmp(label->name, later->name) != 0) ||
-           (later->has_color && memcmp(label->rgb, later->rgb, sizeof label->rgb) != 0) ||
-           (later->opacity >= 0 &&
-            (later->opacity < label->opacity || later->opacity > label->opacity));
-}
-
-/* List the labels of @p table by value, each once. *repeated is how many rows of numbers that stand
- * there before say something else, which is lost. Caller owns *out: sc_free.
- * @return SC_ERR_MEMORY. */
-static sc_status sort_labels(const sc_ctx *ctx, const sc_label_table *table, sc_label **out,
-                             size_t *count, size_t *repeated)
-{
-    SC_OWN(sc_free_at) placed *at = NULL;
-    SC_OWN(sc_free_at) sc_label *labels = NULL;
-
-    *count = 0;
-    SC_PASS(SC_ALLOC(ctx, table->count + 1, &at));
-    SC_PASS(SC_ALLOC(ctx, table->count + 1, &labels));
-    for (size_t i = 0; i < table->count; i++)
-        at[i] = (placed){&table->rows[i], i};
-    qsort(at, table->count, sizeof *at, by_value_and_place);
+    SC_PASS(SC_ZALLOC(ctx, 1, &out->labels));
+    out->label_count = 1;
+    SC_PASS(sc_volume_add_labels(ctx, out, table));
     for (size_t i = 0; i < table->count; i++) {
-        sc_label *last = labels + *count - 1;
+        const sc_label *label = sc_volume_label(out, table->rows[i].value);
 
-        if (*count && last->value == at[i].row->value) {
-            fill_in(last, at[i].row);
-            *repeated += differs(last, at[i].row);
-        } else {
-            labels[(*count)++] = *at[i].row;
-        }
+        *repeated += label && differs(label, &table->rows[i]);
     }
-    SC_HAND_OVER(labels, out);
     return SC_OK;
 }
 
@@ -449,17 +408,19 @@ static sc_status print_json(const sc_ctx *ctx, const sc_table_writer *writer,
 sc_status sc_label_table_print(const sc_ctx *ctx, const char *path, const sc_label_table *table,
                                const sc_table_writer *writer, sc_text *out)
 {
-    SC_OWN(sc_free_at) sc_label *labels = NULL;
+    SC_OWN(sc_volume_clear) sc_volume all = {0};
     losses lost = {0};
     size_t count, repeated = 0;
+    sc_label *labels;
 
-    SC_PASS(sort_labels(ctx, table, &labels, &count, &repeated));
+    SC_PASS(sort_labels(ctx, table, &all, &repeated));
+    labels = all.labels + 1;
     if (repeated)
         sc_warn(ctx,
                 "%s: %zu row%s of the table say%s something else of a number than a row before; "
                 "the first row of a number is written",
                 path, repeated, repeated == 1 ? "" : "s", repeated == 1 ? "s" : "");
-    count = fit(writer, labels, count, &lost);
+    count = fit(writer, labels, (size_t)all.label_count - 1, &lost);
     if (count == 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: there is no label that %s can hold", path,
                        writer->title);
