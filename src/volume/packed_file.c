@@ -39,14 +39,14 @@ sc_status sc_input_bytes(const sc_ctx *ctx, const char *path, uint64_t *bytes)
     return SC_OK;
 }
 
-bool sc_is_gzip(const char *path)
+bool sc_is_gzip(const char *path, uint64_t offset)
 {
     static const unsigned char mark[2] = {0x1f, 0x8b};
     unsigned char begin[2] = {0};
     SC_OWN(sc_fclose_at) FILE *file = fopen(path, "rb");
 
-    return file && fread(begin, 1, sizeof begin, file) == sizeof begin &&
-           !memcmp(begin, mark, sizeof mark);
+    return file && !fseeko(file, (off_t)offset, SEEK_SET) &&
+           fread(begin, 1, sizeof begin, file) == sizeof begin && !memcmp(begin, mark, sizeof mark);
 }
 
 /* Read more of the file behind what is left of p->packed. */

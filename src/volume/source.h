@@ -291,8 +291,8 @@ sc_status sc_open_raw(const sc_ctx *ctx, const char *path, const sc_read_choice 
                       sc_source *out);
 /* @return whether a file, by its first bytes, is a volume of a format that has a mark. */
 bool sc_is_volume_file(const char *path);
-/* Does the file begin as a gzip file? False also if it cannot be read. */
-bool sc_is_gzip(const char *path);
+/* Does a gzip file begin at this byte of the file? False also if it cannot be read. */
+bool sc_is_gzip(const char *path, uint64_t offset);
 
 /* Read the header of a file of any format, of a Zarr store, or of a directory of masks, into *out,
  * check it, log all warnings about its geometry, and find which part of it is wanted. @param

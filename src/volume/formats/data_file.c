@@ -230,7 +230,7 @@ sc_status sc_name_pattern_write(const sc_ctx *ctx, const sc_name_pattern *patter
 
 sc_status sc_check_file_bytes(const sc_ctx *ctx, const char *path, double needed)
 {
-    const bool packed = sc_is_gzip(path);
+    const bool packed = sc_is_gzip(path, 0);
     uint64_t bytes;
 
     SC_PASS(sc_input_bytes(ctx, path, &bytes));

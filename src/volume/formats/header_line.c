@@ -40,6 +40,17 @@ static sc_status refuse(const header_line *r, const char *word, const char *why)
                    r->where, word, why);
 }
 
+/* Is the word a type? The names are in the order of the types, other words for two of them last. */
+static bool is_type(const char *word, sc_voxel_type *type)
+{
+    for (size_t i = 0; i < SC_COUNT_OF(type_names); i++) {
+        *type = (sc_voxel_type)(i < SC_VOXEL_TYPES ? i : i - 2);
+        if (!strcmp(word, type_names[i]))
+            return true;
+    }
+    return false;
+}
+
 /* Read three numbers with an x between them, and behind them a unit of length, if there is one.
  * @return behind the numbers, NULL if it is something else. */
 static const char *three_numbers(const char *word, double out[3])
@@ -147,14 +158,9 @@ static sc_status take_word(header_line *r, const char *word, const char *next, b
     *both = false;
     if (rest)
         return take_numbers(r, word, numbers, rest);
-    for (size_t i = 0; i < SC_COUNT_OF(type_names); i++) {
-        if (!strcmp(word, type_names[i]) && !r->has_type) {
-            r->type = (sc_voxel_type)(i < 10 ? i : i - 2); /* the enum has this order */
-            r->has_type = true;
-            return SC_OK;
-        }
-    }
-    if (r->is_raw && !r->has_order && (!strcmp(word, "big") || !strcmp(word, "little"))) {
+    if (!r->has_type && is_type(word, &r->type)) {
+        r->has_type = true;
+    } else if (r->is_raw && !r->has_order && (!strcmp(word, "big") || !strcmp(word, "little"))) {
         r->has_order = true;
         r->big = word[0] == 'b';
     } else if (!r->has_axes && are_axes(word)) {
@@ -189,14 +195,12 @@ static void next_word(const char **text, char *word)
 static bool has_type(const char *line)
 {
     char word[WORD_BYTES];
+    sc_voxel_type type;
 
-    for (next_word(&line, word); word[0]; next_word(&line, word)) {
-        for (size_t i = 0; i < SC_COUNT_OF(type_names); i++) {
-            if (!strcmp(word, type_names[i]))
-                return true;
-        }
-    }
-    return false;
+    do
+        next_word(&line, word);
+    while (word[0] && !is_type(word, &type));
+    return word[0];
 }
 
 /* Read the whole line. */
@@ -298,7 +302,7 @@ static sc_status find_voxels(const header_line *r, const char *path, sc_source *
     bytes = (uint64_t)info.st_size;
     source->encoding = SC_ENCODING_PLAIN;
     source->offset_bytes = r->skip_bytes;
-    if (bytes != needed && sc_is_gzip(path)) {
+    if (bytes != needed && sc_is_gzip(path, 0)) {
         SC_PASS(sc_check_file_bytes(r->ctx, path, (double)needed));
         source->encoding = SC_ENCODING_GZIP;
         source->offset_bytes = 0;

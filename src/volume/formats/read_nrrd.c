@@ -302,23 +302,6 @@ static sc_status skip_lines(const sc_ctx *ctx, const char *file, unsigned lines,
                  : SC_OK;
 }
 
-/* Warn if the data of encoding gzip are not compressed; they are read as they are. */
-static void check_gzip(const sc_ctx *ctx, const char *path, const sc_source *source)
-{
-    static const unsigned char mark[2] = {0x1f, 0x8b};
-    unsigned char first[2];
-    SC_OWN(sc_fclose_at) FILE *stream = fopen(source->file, "rb"); /* reading notices an error */
-
-    if (stream && !fseeko(stream, (off_t)source->offset_bytes, SEEK_SET) &&
-        fread(first, 1, sizeof first, stream) == sizeof first &&
-        memcmp(first, mark, sizeof mark) != 0)
-        sc_warn(
-            ctx,
-            "%s: says that its encoding is gzip, but its voxels are not compressed; they are read "
-            "as they are",
-            path);
-}
-
 /* Set encoding, file, offset_bytes, skip_bytes and swapped of @p source, whose type and size are
  * set. The voxels begin behind the header or at the begin of their own file, and then behind the
  * lines and bytes that the header says to skip; a byte skip of -1: they are the last of the file.
@@ -335,8 +318,12 @@ static sc_status find_voxels(const sc_ctx *ctx, const char *path, const sc_nrrd_
     source->offset_bytes = header->end_bytes;
     if (nio->lineSkip)
         SC_PASS(skip_lines(ctx, source->file, nio->lineSkip, &source->offset_bytes));
-    if (gzip)
-        check_gzip(ctx, path, source);
+    if (gzip && !sc_is_gzip(source->file, source->offset_bytes))
+        sc_warn(
+            ctx,
+            "%s: says that its encoding is gzip, but its voxels are not compressed; they are read "
+            "as they are",
+            path);
     if (gzip)
         source->skip_bytes = (uint64_t)nio->byteSkip;
     else if (nio->byteSkip >= 0)

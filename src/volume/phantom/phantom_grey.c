@@ -2,40 +2,14 @@
 /* A synthetic CT image of the phantom, as with contrast agent in the left heart: Hounsfield units
  * of each tissue, grain by a hash of the place of the voxel, and both blurred as a scanner does.
  * Whole numbers only, so that every machine makes the same. */
-#include "segcast/phantom.h"
+#include "phantom/phantom_model.h"
 
 enum {
     LOWEST_HU = -1024,
     LUNG_HU = -820,        /* around the heart */
-    TISSUE_HU = 60,        /* of tissues that are not in the table */
     GRAIN_HU = 110,        /* most by which a voxel differs before it is blurred */
     BLOCK_VOXELS = 1 << 16 /* that a thread fills at a time */
 };
-
-/* What a tissue absorbs. */
-static const struct {
-    const char *name;
-    int hu;
-} absorption[] = {{"aortic valve", 140},
-                  {"pulmonary valve", 120},
-                  {"mitral valve", 140},
-                  {"tricuspid valve", 120},
-                  {"coronary arteries", 380},
-                  {"aorta", 390},
-                  {"pulmonary artery", 210},
-                  {"left ventricle", 370},
-                  {"interventricular septum", 112},
-                  {"left ventricular myocardium", 118},
-                  {"right ventricle", 190},
-                  {"right ventricular myocardium", 95},
-                  {"superior vena cava", 170},
-                  {"inferior vena cava", 130},
-                  {"pulmonary veins", 360},
-                  {"left atrium", 365},
-                  {"left atrial wall", 85},
-                  {"right atrium", 180},
-                  {"right atrial wall", 80},
-                  {"epicardial fat", -95}};
 
 /* What the threads share. */
 typedef struct image {
@@ -115,13 +89,8 @@ sc_status sc_phantom_grey(const sc_ctx *ctx, const sc_phantom *phantom, int thre
     m.ids = volume.ids;
     for (int i = 0; i < 3; i++)
         m.size[i] = (size_t)volume.size[i];
-    for (int id = 0; id < volume.label_count; id++) {
-        m.hu[id] = id ? TISSUE_HU : LUNG_HU;
-        for (size_t i = 0; i < SC_COUNT_OF(absorption); i++) {
-            if (!strcmp(absorption[i].name, volume.labels[id].name))
-                m.hu[id] = absorption[i].hu;
-        }
-    }
+    for (int id = 0; id < volume.label_count; id++)
+        m.hu[id] = id ? sc_phantom_hu(id) : LUNG_HU;
     sc_parallel_for(threads, sc_volume_voxels(&volume), BLOCK_VOXELS, fill_voxels, &m);
     sc_parallel_for(threads, m.size[2], 1, blur_slices, &m);
     sc_parallel_for(threads, m.size[1], 1, blur_across, &m);

@@ -21,5 +21,7 @@ sc_beat sc_beat_at(double phase);
  * out of it: negative inside. It changes by at most SC_SHAPE_LIPSCHITZ mm per mm. As with
  * sc_shape_field, it is exact where it is below @p limit_mm, and elsewhere at least that. */
 double sc_phantom_field(const sc_phantom *phantom, int label, sc_vec3 p, double limit_mm);
+/* @return the Hounsfield units of tissue @p label, in [1, count]. */
+int sc_phantom_hu(int label);
 
 #endif
