@@ -244,6 +244,10 @@ void sc_print_path(FILE *stream, const char *path);
  *  is at least 1. @return false if bytes were replaced or left out, which is to be told. */
 bool sc_copy_name(const char *from, char *out, size_t size);
 
+/** @return the length of a name before the first of @p count endings that it has, case ignored; 0
+ * if it has none of them, or is nothing else. */
+size_t sc_stem_length(const char *name, const char *const *endings, size_t count);
+
 /** @return the one of @p count @p candidates that is nearest to @p word by Levenshtein distance,
  *  ignoring case, or NULL if even that differs in more than a third of its letters and one. NULLs
  *  among the candidates are skipped. The result is borrowed from them. */

@@ -3,6 +3,7 @@
 
 #include <ctype.h>
 #include <stdarg.h>
+#include <strings.h>
 
 /* Make room for @p more_bytes characters and the NUL byte behind them. */
 static sc_status reserve(const sc_ctx *ctx, sc_text *text, size_t more_bytes)
@@ -91,6 +92,19 @@ static size_t edit_distance(const char *a, const char *b)
         }
     }
     return row[columns];
+}
+
+size_t sc_stem_length(const char *name, const char *const *endings, size_t count)
+{
+    const size_t length = strlen(name);
+
+    for (size_t i = 0; i < count; i++) {
+        const size_t n = strlen(endings[i]);
+
+        if (length > n && !strcasecmp(name + length - n, endings[i]))
+            return length - n;
+    }
+    return 0;
 }
 
 const char *sc_nearest_word(const char *word, const char *const *candidates, size_t count)

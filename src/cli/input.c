@@ -4,7 +4,6 @@
 #include "segcast/cli.h"
 #include "segcast/volume.h"
 
-#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -17,14 +16,6 @@ typedef enum kind {
     KIND_FILE, /* text, which may be a job */
     KIND_OTHER /* neither, but the readers of volumes say what it is */
 } kind;
-
-/* Does @p path end with @p suffix, case ignored? */
-static bool ends_with(const char *path, const char *suffix)
-{
-    const size_t length = strlen(path), n = strlen(suffix);
-
-    return length > n && !strcasecmp(path + length - n, suffix);
-}
 
 /* @return what @p path names: by the end of the name, else by the first bytes. @param exists
  * whether there is such a file or directory. */
@@ -51,7 +42,7 @@ static kind kind_of(const char *path, bool *exists)
         return KIND_VOLUME;
     }
     for (size_t i = 0; i < SC_COUNT_OF(suffixes); i++) {
-        if (ends_with(path, suffixes[i].suffix))
+        if (sc_stem_length(path, &suffixes[i].suffix, 1))
             return suffixes[i].kind;
     }
     if (!*exists || !S_ISREG(info.st_mode))

@@ -3,7 +3,6 @@
 #include "commands.h"
 
 #include <errno.h>
-#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #ifdef __linux__
@@ -161,9 +160,7 @@ sc_status sc_check_directory(const sc_ctx *ctx, const char *where, const char *d
 
 sc_status sc_check_ending(const sc_ctx *ctx, const char *path, const char *ending, const char *kind)
 {
-    const size_t length = strlen(path), needed = strlen(ending);
-
-    if (length > needed && !strcasecmp(path + length - needed, ending))
+    if (sc_stem_length(path, &ending, 1))
         return SC_OK;
     return sc_fail(ctx, SC_ERR_USAGE, "%s: %s is written, expected a name ending in %s", path, kind,
                    ending);

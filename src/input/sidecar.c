@@ -5,7 +5,6 @@
 
 #include <dirent.h>
 #include <stdlib.h>
-#include <strings.h>
 #include <sys/stat.h>
 
 enum { LEVELS_MAX = 8 /* directories of a data set above a volume that are searched */ };
@@ -115,14 +114,6 @@ static void find_inherited(char *directory, const char *volume, char *out)
     }
 }
 
-/* @return whether @p name ends with @p ending, case ignored. */
-static bool ends_with(const char *name, const char *ending)
-{
-    const size_t length = strlen(name), n = strlen(ending);
-
-    return length >= n && !strcasecmp(name + length - n, ending);
-}
-
 /* Write the path of @p name in @p directory to out[SC_PATH_BYTES] if there is such a file; else out
  * is empty. @return whether there is. */
 static bool find_file(const char *directory, const char *name, char *out)
@@ -150,6 +141,7 @@ void sc_hint_labels(const sc_app *app, const char *path, const sc_volume *volume
 
 void sc_find_labels(const sc_app *app, const char *volume, char *out)
 {
+    static const char *const bids[] = {"dseg.nii", "dseg.nii.gz"}, *const mgh[] = {".mgz", ".mgh"};
     const char *slash = strrchr(volume, '/'), *name = slash ? slash + 1 : volume;
     const char *home = getenv("FREESURFER_HOME");
     char directory[SC_PATH_BYTES] = ".", *whole;
@@ -158,12 +150,12 @@ void sc_find_labels(const sc_app *app, const char *volume, char *out)
     if (slash)
         snprintf(directory, sizeof directory, "%.*s", slash == volume ? 1 : (int)(slash - volume),
                  volume);
-    if (ends_with(name, "dseg.nii") || ends_with(name, "dseg.nii.gz")) {
+    if (sc_stem_length(name, bids, SC_COUNT_OF(bids))) {
         whole = realpath(directory, NULL);
         if (whole && snprintf(directory, sizeof directory, "%s", whole) < (int)sizeof directory)
             find_inherited(directory, name, out);
         free(whole);
-    } else if (ends_with(name, ".mgz") || ends_with(name, ".mgh")) {
+    } else if (sc_stem_length(name, mgh, SC_COUNT_OF(mgh))) {
         if (!find_file(directory, "FreeSurferColorLUT.txt", out) && home && *home)
             (void)find_file(home, "FreeSurferColorLUT.txt", out);
     }

@@ -187,9 +187,7 @@ static void add_parts(crate_draft *d)
             json_pack("{s:s, s:s, s:s, s:s}", "@id", id, "@type", is_directory ? "Dataset" : "File",
                       "name", name, "description", purpose_of(d, name));
         for (size_t f = 0; f < SC_COUNT_OF(formats); f++) {
-            const size_t ending = strlen(formats[f].ending);
-
-            if (length > ending && !strcmp(name + length - ending, formats[f].ending))
+            if (sc_stem_length(name, &formats[f].ending, 1))
                 part = sc_json_with_key(part, "encodingFormat", json_string(formats[f].format));
         }
         if (is_video && d->crate->video_bytes)

@@ -165,16 +165,9 @@ static const struct {
  * NIfTI; else 0. */
 static size_t pair_stem_bytes(const char *path)
 {
-    static const char *const endings[] = {".img", ".img.gz", ".IMG"};
-    const size_t bytes = strlen(path);
+    static const char *const endings[] = {".img", ".img.gz"};
 
-    for (size_t i = 0; i < SC_COUNT_OF(endings); i++) {
-        const size_t ending = strlen(endings[i]);
-
-        if (bytes > ending && !strcmp(path + bytes - ending, endings[i]))
-            return bytes - ending;
-    }
-    return 0;
+    return sc_stem_length(path, endings, SC_COUNT_OF(endings));
 }
 
 /* @return whether @p h is the header of a pair of NIfTI. */
@@ -212,13 +205,8 @@ static sc_status find_pair_header(const sc_ctx *ctx, const char *path, char **ou
 static bool is_mesh(const char *path)
 {
     static const char *const endings[] = {".stl", ".obj", ".ply", ".vtp", ".glb", ".gltf"};
-    const char *dot = strrchr(path, '.');
 
-    for (size_t i = 0; dot && i < SC_COUNT_OF(endings); i++) {
-        if (!strcasecmp(dot, endings[i]))
-            return true;
-    }
-    return false;
+    return sc_stem_length(path, endings, SC_COUNT_OF(endings)) > 0;
 }
 
 /* @return what a file that no reader accepts is, and what to do, if its kind is known; else NULL.

@@ -4,7 +4,6 @@
 #include "source.h"
 
 #include <stdlib.h>
-#include <strings.h>
 #include <sys/stat.h>
 
 enum { PLACE_MOST = 1 << 30 /* voxels that a mask may lie away from the first */ };
@@ -18,15 +17,8 @@ static size_t stem_length(const char *name)
     static const char *const endings[] = {".nii.gz", ".nii", ".seg.nrrd", ".nrrd", ".nhdr",
                                           ".mha",    ".mhd", ".mgz",      ".mgh",  ".tif",
                                           ".tiff",   ".hdr", ".h5",       ".hdf5"};
-    const size_t length = strlen(name);
 
-    for (size_t i = 0; i < SC_COUNT_OF(endings); i++) {
-        const size_t n = strlen(endings[i]);
-
-        if (length > n && !strcasecmp(name + length - n, endings[i]))
-            return length - n;
-    }
-    return 0;
+    return sc_stem_length(name, endings, SC_COUNT_OF(endings));
 }
 
 /* For qsort of sc_mask: rising by the bytes of the name without its ending, then of the whole. All

@@ -248,12 +248,8 @@ const sc_table_writer *sc_table_writer_find(const char *name)
 
 const sc_table_writer *sc_table_writer_for(const char *path)
 {
-    const size_t length = strlen(path);
-
     for (size_t i = 0; i < SC_COUNT_OF(writers); i++) {
-        const size_t n = writers[i].ending ? strlen(writers[i].ending) : 0;
-
-        if (n && length > n && !strcasecmp(path + length - n, writers[i].ending))
+        if (writers[i].ending && sc_stem_length(path, &writers[i].ending, 1))
             return &writers[i];
     }
     return NULL;
