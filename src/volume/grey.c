@@ -22,23 +22,6 @@ size_t sc_grey_bytes(const sc_grey *grey)
     return (size_t)grey->size[0] * (size_t)grey->size[1] * (size_t)grey->size[2] * sizeof(uint16_t);
 }
 
-/* Check that the codes fit into the memory that may be used. */
-static sc_status check_memory(const sc_ctx *ctx, const char *path, const sc_grey *grey)
-{
-    static const double gib = 1024.0 * 1024 * 1024;
-    const double bytes = (double)sc_grey_bytes(grey);
-
-    if (ctx->memory_max_bytes == 0 || bytes <= (double)ctx->memory_max_bytes)
-        return SC_OK;
-    return sc_fail(ctx, SC_ERR_SYSTEM,
-                   "%s: %d x %d x %d grey values take about %s of memory, more than the limit "
-                   "of %s; crop or resample the image, or raise the limit where there is more "
-                   "memory: --max-memory %.0fG",
-                   path, grey->size[0], grey->size[1], grey->size[2],
-                   sc_size_text(bytes, (char[24]){0}),
-                   sc_size_text((double)ctx->memory_max_bytes, (char[24]){0}), ceil(bytes / gib));
-}
-
 /* Open a file as a grey volume. @param grey gets size and geometry. Caller owns *source:
  * sc_source_clear. */
 static sc_status open_grey(const sc_ctx *ctx, const char *path, bool header_only, sc_source *source,
@@ -65,7 +48,7 @@ static sc_status open_grey(const sc_ctx *ctx, const char *path, bool header_only
             path, source->layers);
     memcpy(grey->size, source->size, sizeof grey->size);
     grey->to_ras_mm = source->to_ras_mm;
-    return check_memory(ctx, path, grey);
+    return sc_voxels_memory_check(ctx, path, grey->size, (double)sc_grey_bytes(grey));
 }
 
 sc_status sc_grey_read_header(const sc_ctx *ctx, const char *path, sc_grey *out)

@@ -172,6 +172,11 @@ double sc_level_mend(double level, double most, bool whole, sc_name_count *count
 /* Log one warning for all names that were mended, and one for levels; nothing if there are none. */
 void sc_name_warn(const sc_ctx *ctx, const char *path, const sc_name_count *count);
 
+/* Check that voxels, of labels or of an image, may take so many bytes of memory. @return
+ * SC_ERR_SYSTEM, logged with the option that raises the limit. */
+sc_status sc_voxels_memory_check(const sc_ctx *ctx, const char *path, const int size[3],
+                                 double bytes);
+
 /* Most bytes a volume may have once read, whatever its header claims. */
 #define SC_VOLUME_BYTES_MAX ((uint64_t)1 << 40)
 /* A deflate stream cannot expand by more than this (zlib's technical details: 1032 to 1). */

@@ -16,9 +16,16 @@ void sc_volume_clear(sc_volume *volume)
 sc_status sc_volume_memory_check(const sc_ctx *ctx, const char *path, const int size[3],
                                  double more_bytes)
 {
-    static const double bytes_per_voxel = 4, gib = 1024.0 * 1024 * 1024;
+    static const double bytes_per_voxel = 4;
     const double voxels = (double)size[0] * size[1] * size[2];
-    const double bytes = voxels * bytes_per_voxel + more_bytes;
+
+    return sc_voxels_memory_check(ctx, path, size, voxels * bytes_per_voxel + more_bytes);
+}
+
+sc_status sc_voxels_memory_check(const sc_ctx *ctx, const char *path, const int size[3],
+                                 double bytes)
+{
+    static const double gib = 1024.0 * 1024 * 1024;
 
     if (ctx->memory_max_bytes == 0 || bytes <= (double)ctx->memory_max_bytes)
         return SC_OK;

@@ -185,21 +185,17 @@ static const char *comment_above(const char *text, const char *row)
 bool sc_headings_find(char *text, sc_text_reading *t)
 {
     char *row = text + (sc_delimited_skip_comments(text, &t->line) - text);
-    const char *comment = comment_above(text, row);
+    const char *lines[] = {row, comment_above(text, row)};
 
-    for (const char *d = SC_DELIMITERS; *d; d++) {
-        t->delimiter = *d;
-        if (read_headings(row, t)) {
-            t->at = sc_delimited_next_line(row);
-            t->line++;
+    for (int i = 0; i < 2; i++) {
+        for (const char *d = SC_DELIMITERS; *d && lines[i]; d++) {
+            t->delimiter = *d;
+            if (!read_headings(lines[i], t) || (i == 1 && t->column_count < 2))
+                continue;
+            t->at = i == 0 ? sc_delimited_next_line(row) : row;
+            t->line += i == 0;
             return true;
         }
-    }
-    for (const char *d = SC_DELIMITERS; *d && comment; d++) {
-        t->delimiter = *d;
-        t->at = row;
-        if (read_headings(comment, t) && t->column_count > 1)
-            return true;
     }
     return false;
 }

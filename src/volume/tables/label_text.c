@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The text of label tables in UTF-8, whatever it was written in. */
+#include "tables/delimited.h"
 #include "tables/label_table.h"
 
 /* What Windows-1252 has in place of the control characters 0x80 to 0x9f of Latin-1; 0: nothing. */
@@ -134,11 +135,8 @@ sc_status sc_label_text_decode(const sc_ctx *ctx, const char *path, char **text,
 
 char *sc_label_cut_line(char *line)
 {
-    char *end = line + strcspn(line, "\r\n");
-    const bool both = end[0] == '\r' && end[1] == '\n';
+    char *next = sc_delimited_next_line(line);
 
-    if (!*end)
-        return NULL;
-    *end = '\0';
-    return end + 1 + both;
+    line[strcspn(line, "\r\n")] = '\0';
+    return next;
 }
