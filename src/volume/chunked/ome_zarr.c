@@ -36,22 +36,6 @@ static sc_status refuse(const sc_ctx *ctx, const sc_zarr_node *group, const char
 
 /* ---- geometry ---- */
 
-/* @return the length of a unit of time in seconds, as OME-Zarr names it; 0 if it is not known. */
-static double time_unit_s(const char *name)
-{
-    static const struct {
-        const char *name;
-        double s;
-    } units[] = {{"second", 1},  {"millisecond", 1e-3}, {"microsecond", 1e-6},
-                 {"minute", 60}, {"hour", 3600},        {"day", 86400}};
-
-    for (size_t i = 0; i < SC_COUNT_OF(units); i++) {
-        if (!strcmp(name, units[i].name))
-            return units[i].s;
-    }
-    return 0;
-}
-
 /* Read the axes: names in 0.3, objects since 0.4. */
 static sc_status read_axes(const sc_ctx *ctx, const sc_zarr_node *group, const json_t *axes,
                            sc_zarr_choice *out)
@@ -70,7 +54,7 @@ static sc_status read_axes(const sc_ctx *ctx, const sc_zarr_node *group, const j
             return refuse(ctx, group, "axes", "2 to 5 axes, each with a name");
         snprintf(out->names[i], sizeof out->names[i], "%s", text);
         out->unit_mm[i] = unit ? sc_length_unit_mm(unit) : 0;
-        out->unit_s[i] = unit ? time_unit_s(unit) : 0;
+        out->unit_s[i] = unit ? sc_time_unit_s(unit) : 0;
     }
     out->axes = (int)count;
     out->named = true;

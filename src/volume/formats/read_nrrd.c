@@ -51,17 +51,9 @@ static sc_status voxel_type(const sc_ctx *ctx, const char *path, int type, sc_vo
  * 0. */
 static double axis_step_s(const NrrdAxisInfo *axis)
 {
-    static const struct {
-        const char *name;
-        double s;
-    } units[] = {{"s", 1},     {"sec", 1},     {"second", 1},         {"seconds", 1},
-                 {"ms", 1e-3}, {"msec", 1e-3}, {"milliseconds", 1e-3}};
+    const bool is_known = axis->units && AIR_EXISTS(axis->spacing) && axis->spacing > 0;
 
-    for (size_t i = 0; axis->units && i < SC_COUNT_OF(units); i++) {
-        if (!strcmp(axis->units, units[i].name) && AIR_EXISTS(axis->spacing) && axis->spacing > 0)
-            return axis->spacing * units[i].s;
-    }
-    return 0;
+    return is_known ? axis->spacing * sc_time_unit_s(axis->units) : 0;
 }
 
 /* Can an axis beside the three in space be that of the phases: the slowest of four or, where their
