@@ -420,6 +420,19 @@ enum {
                                 streamed; few enough to stay in a cache */
 };
 
+/* Add voxels in a box to a tally, whose box does not count while it has none. */
+static inline void sc_tally_add(sc_label_tally *tally, const int low[3], const int high[3],
+                                uint64_t voxels)
+{
+    for (int i = 0; i < 3; i++) {
+        if (!tally->voxels || low[i] < tally->low[i])
+            tally->low[i] = low[i];
+        if (!tally->voxels || high[i] > tally->high[i])
+            tally->high[i] = high[i];
+    }
+    tally->voxels += voxels;
+}
+
 /* Replace the ids of voxels by map[id]. @param bytes of an id, which become @p to_bytes, at least
  * as many; *ids is replaced then. @return SC_ERR_MEMORY for wider ids, nothing changed. */
 sc_status sc_ids_map(const sc_ctx *ctx, size_t voxels, const int *map, int to_bytes, int threads,

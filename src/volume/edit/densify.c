@@ -109,18 +109,6 @@ static int most(int a, int b)
     return a > b ? a : b;
 }
 
-/* Add a run of @p length voxels along x, the first of which lies at @p first, to the tally. */
-static void count_run(sc_label_tally *tally, const int first[3], int length)
-{
-    for (int i = 0; i < 3; i++) {
-        const int last = i ? first[i] : first[i] + length - 1;
-
-        tally->low[i] = tally->voxels ? least(tally->low[i], first[i]) : first[i];
-        tally->high[i] = tally->voxels ? most(tally->high[i], last) : last;
-    }
-    tally->voxels += (uint64_t)length;
-}
-
 /* Set the ids of @p length voxels from voxel @p begin on to @p id, if they are kept and it fits. */
 static void fill_ids(label_pass *pass, size_t begin, size_t length, int32_t id)
 {
@@ -144,7 +132,7 @@ static void fill_ids(label_pass *pass, size_t begin, size_t length, int32_t id)
 static bool visit_row(label_pass *pass, label_worker *w, sc_voxel_type type, const void *values,
                       size_t begin, const int first[3], int count)
 {
-    int at[3] = {first[0], first[1], first[2]};
+    int at[3] = {first[0], first[1], first[2]}, last[3] = {first[0], first[1], first[2]};
 
     for (int i = 0, end; i < count; i = end) {
         int64_t value;
@@ -160,7 +148,8 @@ static bool visit_row(label_pass *pass, label_worker *w, sc_voxel_type type, con
         }
         if (!pass->recounts) {
             at[0] = first[0] + i;
-            count_run(&w->tallies[w->last_id], at, end - i);
+            last[0] = first[0] + end - 1;
+            sc_tally_add(&w->tallies[w->last_id], at, last, (uint64_t)(end - i));
             w->runs[w->last_id]++;
         }
         fill_ids(pass, begin + (size_t)i, (size_t)(end - i), w->last_id);
@@ -328,11 +317,8 @@ static void add_up(label_pass *pass)
         for (int i = 1; i < pass->threads; i++) {
             const sc_label_tally *from = &pass->workers[i].tallies[id];
 
-            for (int k = 0; k < 3 && from->voxels; k++) {
-                to->low[k] = least(to->low[k], from->low[k]);
-                to->high[k] = most(to->high[k], from->high[k]);
-            }
-            to->voxels += from->voxels;
+            if (from->voxels)
+                sc_tally_add(to, from->low, from->high, from->voxels);
             sum->runs[id] += pass->workers[i].runs[id];
         }
     }

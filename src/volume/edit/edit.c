@@ -173,16 +173,9 @@ static void relabel_tallies(const sc_volume *volume, const sc_relabel *relabel,
         tallies[id] = no_voxels;
     for (int id = 0; id < volume->label_count; id++) {
         const sc_label_tally *from = &volume->tallies[id];
-        sc_label_tally *to = &tallies[relabel->to[id]];
-        const bool is_first = to->voxels == 0;
 
-        for (int axis = 0; axis < 3 && from->voxels; axis++) {
-            if (is_first || from->low[axis] < to->low[axis])
-                to->low[axis] = from->low[axis];
-            if (is_first || from->high[axis] > to->high[axis])
-                to->high[axis] = from->high[axis];
-        }
-        to->voxels += from->voxels;
+        if (from->voxels)
+            sc_tally_add(&tallies[relabel->to[id]], from->low, from->high, from->voxels);
     }
 }
 
