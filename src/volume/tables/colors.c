@@ -98,13 +98,13 @@ typedef struct tissue_name {
     int id;
 } tissue_name;
 
-/* The assignment in work. Its arrays belong to sc_volume_color. */
+/* The assignment in work. Owns its arrays: clear_coloring. */
 typedef struct coloring {
     const sc_volume *volume;
     tissue_name *names;           /* [label_count] */
     const tissue_name **in_order; /* [label_count] the same, by key */
-    const uint64_t *contact;      /* of sc_count_contacts */
-    const uint32_t *near;         /* of sc_count_near */
+    uint64_t *contact;            /* of sc_count_contacts */
+    uint32_t *near;               /* of sc_count_near */
     double *total_contact;        /* [label_count]: of each label with all others */
     fitness *fitness; /* [label_count]: beside each label's colour; set for labels that have
                          their final colour */
@@ -358,36 +358,34 @@ bool sc_volume_lacks_colors(const sc_volume *volume, sc_appearance appearance)
     return lacks && volume->label_count <= SC_COLORED_LABELS_MAX;
 }
 
+/* For SC_OWN. */
+static void clear_coloring(coloring *c)
+{
+    sc_free(c->names);
+    sc_free(c->in_order);
+    sc_free(c->contact);
+    sc_free(c->near);
+    sc_free(c->total_contact);
+    sc_free(c->fitness);
+    sc_free(c->colored);
+}
+
 sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int cover, sc_appearance appearance,
                           int threads)
 {
     const size_t count = (size_t)volume->label_count;
     const sc_names_kind kind = sc_names_kind_of(volume->labels, volume->label_count);
-    coloring c = {.volume = volume};
-    SC_OWN(sc_free_at) tissue_name *names = NULL;
-    SC_OWN(sc_free_at) const tissue_name **in_order = NULL;
-    SC_OWN(sc_free_at) fitness *fitnesses = NULL;
-    SC_OWN(sc_free_at) bool *colored = NULL;
-    SC_OWN(sc_free_at) double *totals = NULL;
-    SC_OWN(sc_free_at) uint64_t *contact = NULL;
-    SC_OWN(sc_free_at) uint32_t *near = NULL;
+    SC_OWN(clear_coloring) coloring c = {.volume = volume};
 
     if (!sc_volume_lacks_colors(volume, appearance))
         return SC_OK;
-    SC_PASS(SC_ZALLOC(ctx, count, &names));
-    SC_PASS(SC_ALLOC(ctx, count, &in_order));
-    SC_PASS(SC_ZALLOC(ctx, count, &fitnesses));
-    SC_PASS(SC_ZALLOC(ctx, count, &colored));
-    SC_PASS(SC_ZALLOC(ctx, count, &totals));
-    SC_PASS(sc_count_contacts(ctx, volume, threads, &contact));
-    SC_PASS(sc_count_near(ctx, volume, &near));
-    c.names = names;
-    c.in_order = in_order;
-    c.fitness = fitnesses;
-    c.total_contact = totals;
-    c.colored = colored;
-    c.contact = contact;
-    c.near = near;
+    SC_PASS(SC_ZALLOC(ctx, count, &c.names));
+    SC_PASS(SC_ALLOC(ctx, count, &c.in_order));
+    SC_PASS(SC_ZALLOC(ctx, count, &c.fitness));
+    SC_PASS(SC_ZALLOC(ctx, count, &c.colored));
+    SC_PASS(SC_ZALLOC(ctx, count, &c.total_contact));
+    SC_PASS(sc_count_contacts(ctx, volume, threads, &c.contact));
+    SC_PASS(sc_count_near(ctx, volume, &c.near));
     for (int id = 1; id < volume->label_count; id++)
         volume->labels[id].has_color = keeps_color(&volume->labels[id], appearance, kind);
     read_names(&c, appearance);

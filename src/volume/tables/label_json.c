@@ -14,14 +14,14 @@ typedef struct json_reading {
     sc_row row;
 } json_reading;
 
-static const sc_dialect dialect = {
-    .where = {"", ""},
-    .rows = {"entry", "entries"},
-    .lack = "no number and name or colour of a label",
-    .refused = "holds no label table that segcast knows; expected for example "
-               "[{\"value\": 1, \"name\": \"aorta\", \"color\": \"#ff0000\"}]",
-    .empty = "holds no label table that segcast knows; expected for example "
-             "[{\"value\": 1, \"name\": \"aorta\", \"color\": \"#ff0000\"}]"};
+#define UNKNOWN                                                                                    \
+    "holds no label table that segcast knows; expected for example "                               \
+    "[{\"value\": 1, \"name\": \"aorta\", \"color\": \"#ff0000\"}]"
+static const sc_dialect dialect = {.where = {"", ""},
+                                   .rows = {"entry", "entries"},
+                                   .lack = "no number and name or colour of a label",
+                                   .refused = UNKNOWN,
+                                   .empty = UNKNOWN};
 
 /* @return level @p i of a colour whose levels are the members of @p object: {"r": 255, ...}; NULL
  * if there is none. */

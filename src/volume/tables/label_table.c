@@ -17,6 +17,7 @@ typedef struct line_dialect {
     "is not a line of any label table that segcast knows; expected a number, a name and perhaps "  \
     "a colour in each line, such as: 1 aorta 255 0 0 255, or a line of headings first, such as: "  \
     "value,name,color"
+#define LINES .where = {":", ""}, .rows = {"line", "lines"}
 /* A dialect of lines whose levels go to 255, its opacity to @p clear. */
 #define DIALECT(title, order, least, clear, last, none, tokens)                                    \
     {                                                                                              \
@@ -25,8 +26,7 @@ typedef struct line_dialect {
          .columns_least = (least),                                                                 \
          .full = {255, clear},                                                                     \
          .highest = (last),                                                                        \
-         .where = {":", ""},                                                                       \
-         .rows = {"line", "lines"},                                                                \
+         LINES,                                                                                    \
          .lack = "not the form of a " title " label table",                                        \
          .refused = "is not a line of a " title " label table",                                    \
          .empty = (none)},                                                                         \
@@ -39,8 +39,7 @@ static const line_dialect dialects[] = {
                         "value name r g b opacity",
                         5,
                         {255, 255},
-                        .where = {":", ""},
-                        .rows = {"line", "lines"},
+                        LINES,
                         .refused = UNKNOWN,
                         .empty = NO_LABELS},
                        sc_row_cut_words},
@@ -51,7 +50,7 @@ static const line_dialect dialects[] = {
     [SC_TABLE_ITKSNAP] = DIALECT("ITK-SNAP", "value r g b opacity in_slices visible name", 8, 1,
                                  65535, NO_LABELS, sc_row_cut_words),
     [SC_TABLE_XML] = {{.name = "GIFTI, Connectome Workbench, FSL or BrainSuite (XML)"}, NULL},
-    [SC_TABLE_DELIMITED] = {{"CSV or TSV", .where = {":", ""}, .rows = {"line", "lines"},
+    [SC_TABLE_DELIMITED] = {{"CSV or TSV", LINES,
                              .lack = "no whole number in the column of the label's number",
                              .refused = "has no whole number in the column of the label's number",
                              .empty = "has headings, but no labels below them"},
