@@ -14,23 +14,26 @@ enum {
 
 /* ---- metadata ---- */
 
-/* Read one of the words @p words[2] at @p key, the first if it is not there, as whether it is the
- * second. */
-static bool read_word(const json_t *json, const char *key, const char *const words[2], bool *out)
+/* Read one of the words @p words[2] at @p name, the first if it is not there, as whether it is the
+ * second. @param key receives @p name, for messages. */
+static bool read_word(const json_t *json, const char *name, const char *const words[2], bool *out,
+                      const char **key)
 {
-    const json_t *value = json_object_get(json, key);
+    const json_t *value = json_object_get(json, name);
     const char *text = value ? json_string_value(value) : words[0];
 
+    *key = name;
     *out = text && !strcmp(text, words[1]);
     return text && (*out || !strcmp(text, words[0]));
 }
 
 /* Read a number of bits from 0 to @p most. */
-static bool read_bits(const json_t *json, const char *key, int most, int *out)
+static bool read_bits(const json_t *json, const char *name, int most, int *out, const char **key)
 {
-    const json_t *value = json_object_get(json, key);
+    const json_t *value = json_object_get(json, name);
     const json_int_t bits = json_integer_value(value);
 
+    *key = name;
     *out = (int)bits;
     return json_is_integer(value) && bits >= 0 && bits <= most;
 }
@@ -38,30 +41,18 @@ static bool read_bits(const json_t *json, const char *key, int most, int *out)
 bool sc_precomputed_sharding_read(const json_t *json, sc_precomputed_sharding *out,
                                   const char **key)
 {
+    static const char *const types[] = {"", "neuroglancer_uint64_sharded_v1"};
     static const char *const hashes[] = {"identity", "murmurhash3_x86_128"};
     static const char *const encodings[] = {"raw", "gzip"};
-    const char *type = json_string_value(json_object_get(json, "@type"));
+    bool is_known = false;
 
-    *key = "@type";
-    if (!type || strcmp(type, "neuroglancer_uint64_sharded_v1"))
-        return false;
-    *key = "hash";
-    if (!json_object_get(json, "hash") || !read_word(json, "hash", hashes, &out->hashed))
-        return false;
-    *key = "minishard_index_encoding";
-    if (!read_word(json, *key, encodings, &out->index_gzipped))
-        return false;
-    *key = "data_encoding";
-    if (!read_word(json, *key, encodings, &out->data_gzipped))
-        return false;
-    *key = "preshift_bits";
-    if (!read_bits(json, *key, 64, &out->preshift_bits))
-        return false;
-    *key = "minishard_bits";
-    if (!read_bits(json, *key, 32, &out->minishard_bits))
-        return false;
-    *key = "shard_bits";
-    return read_bits(json, *key, 64 - out->minishard_bits, &out->shard_bits);
+    return read_word(json, "@type", types, &is_known, key) && is_known &&
+           read_word(json, "hash", hashes, &out->hashed, key) && json_object_get(json, "hash") &&
+           read_word(json, "minishard_index_encoding", encodings, &out->index_gzipped, key) &&
+           read_word(json, "data_encoding", encodings, &out->data_gzipped, key) &&
+           read_bits(json, "preshift_bits", 64, &out->preshift_bits, key) &&
+           read_bits(json, "minishard_bits", 32, &out->minishard_bits, key) &&
+           read_bits(json, "shard_bits", 64 - out->minishard_bits, &out->shard_bits, key);
 }
 
 /* ---- numbers ---- */

@@ -3,6 +3,7 @@
  * of MetaIO in ITK, and its reader for what that leaves open: the numbers of a pattern are the
  * first, the last and the step; files of LIST have one axis less than the volume. */
 #include "formats/meta_files.h"
+#include "tables/label_table.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -67,13 +68,8 @@ static sc_status add_list(const sc_ctx *ctx, const char *header, const sc_meta_s
                        "slice",
                        header, series->names);
     for (char *line = series->list, *next; line && *line; line = next) {
-        char *end = line + strcspn(line, "\n");
-
-        next = *end ? end + 1 : NULL;
-        while (end > line && strchr(" \t\r\n", end[-1]))
-            end--;
-        *end = '\0';
-        line += strspn(line, " \t");
+        next = sc_label_cut_line(line);
+        line = sc_label_trim(line);
         if (*line)
             SC_PASS(add_file(ctx, header, line, source, files));
     }
