@@ -203,15 +203,15 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
 {
     SC_OWN(sc_source_clear) sc_source source = {.slope = 1};
     struct stat info;
+    const bool is_directory = !stat(path, &info) && S_ISDIR(info.st_mode);
     bool is_raw;
 
     SC_PASS(sc_header_check(ctx, path, choice, &is_raw));
     if (is_raw && !choice->level) {
         SC_PASS(sc_open_raw(ctx, path, choice, &source));
-    } else if (!stat(path, &info) && S_ISDIR(info.st_mode) &&
-               (sc_zarr_is_node(path) || sc_n5_is_node(path))) {
+    } else if (is_directory && (sc_zarr_is_node(path) || sc_n5_is_node(path))) {
         SC_PASS(sc_open_zarr(ctx, path, choice, header_only, &source));
-    } else if (!stat(path, &info) && S_ISDIR(info.st_mode) && sc_is_precomputed(path)) {
+    } else if (is_directory && sc_is_precomputed(path)) {
         SC_PASS(sc_open_precomputed(ctx, path, choice, header_only, &source));
     } else if (choice->level) {
         return sc_fail(ctx, SC_ERR_DATA,
@@ -225,7 +225,7 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
                        "%s: its file is no HDF5, in which volumes have paths; expected the path "
                        "of a file alone",
                        path);
-    } else if (!stat(path, &info) && S_ISDIR(info.st_mode)) {
+    } else if (is_directory) {
         SC_PASS(sc_open_slices(ctx, path, &source));
         if (!source.slices)
             SC_PASS(sc_open_masks(ctx, path, &source));

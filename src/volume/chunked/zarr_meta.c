@@ -191,8 +191,8 @@ static sc_status read_v2(const meta_reading *r)
     memcpy(array->file_shape, array->chunk, sizeof array->chunk);
     if (!order || (strcmp(order, "C") && strcmp(order, "F")))
         return refuse(r, "order", json_object_get(meta, "order"), "\"C\" or \"F\"");
-    for (int i = 0; i < array->rank; i++)
-        array->pipeline.order[i] = *order == 'C' ? i : array->rank - 1 - i;
+    for (int i = 0; i < array->rank && *order == 'F'; i++)
+        array->pipeline.order[i] = array->rank - 1 - i;
     if (json_array_size(filters) > 0)
         return refuse(r, "filters", filters, "null: write it anew without filters");
     if (compressor && !json_is_null(compressor))
@@ -377,8 +377,6 @@ static sc_status read_v3(const meta_reading *r)
                       "none");
     SC_PASS(read_shape(r, "chunk_shape", shape, array->file_shape));
     memcpy(array->chunk, array->file_shape, sizeof array->chunk);
-    for (int i = 0; i < array->rank; i++)
-        array->pipeline.order[i] = i;
     SC_PASS(read_codecs(r, json_object_get(meta, "codecs")));
     SC_PASS(check_chunk(r, "chunk_shape", shape, array->file_shape,
                         array->sharded ? 0x1p40 : SC_ZARR_CHUNK_VALUES_MAX));
@@ -413,8 +411,6 @@ static sc_status read_n5(const meta_reading *r)
     reverse(array->rank, array->shape); /* N5 names x first */
     reverse(array->rank, array->chunk);
     memcpy(array->file_shape, array->chunk, sizeof array->chunk);
-    for (int i = 0; i < array->rank; i++)
-        array->pipeline.order[i] = i;
     array->pipeline.big_endian = array->blocks = true;
     array->prefix = "";
     array->separator = '/';
@@ -433,6 +429,8 @@ sc_status sc_zarr_array_read(const sc_ctx *ctx, const sc_zarr_node *node, sc_zar
                               : json_object_get(node->attributes, "_ARRAY_DIMENSIONS");
 
     SC_PASS(read_array_shape(&r));
+    for (int i = 0; i < array.rank; i++)
+        array.pipeline.order[i] = i;
     SC_PASS(node->version == SC_ZARR_N5 ? read_n5(&r)
             : node->version == 2        ? read_v2(&r)
                                         : read_v3(&r));

@@ -101,8 +101,8 @@ const char *sc_bad_name(const char *name)
     return why ? why : why_no_file(name);
 }
 
-/* The folder of a path, up to its last slash; "." without one. Caller frees with free(); NULL when
- * out of memory. */
+/* The folder of a path, up to its last slash; "." without one. Caller owns: sc_free; NULL when out
+ * of memory. */
 static char *folder_of(const char *path)
 {
     const char *slash = strrchr(path, '/');
@@ -113,13 +113,11 @@ static char *folder_of(const char *path)
 /* Is the file whose path without links is @p file in the folder @p folder or below it? */
 static bool is_below(const char *file, const char *folder)
 {
-    char *real = folder ? realpath(folder, NULL) : NULL;
+    SC_OWN(sc_free_at) char *real = folder ? realpath(folder, NULL) : NULL;
     const size_t length = real ? strlen(real) : 0;
-    const bool below = real && !strncmp(file, real, length) &&
-                       (file[length] == '/' || (length && real[length - 1] == '/'));
 
-    free(real);
-    return below;
+    return real && !strncmp(file, real, length) &&
+           (file[length] == '/' || (length && real[length - 1] == '/'));
 }
 
 sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field, const char *name,
@@ -129,50 +127,44 @@ sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field,
                                  "both into one directory, or "
                                  "save the volume as one file (.nrrd, .mha, .nii.gz)";
     const char *why = why_no_file(name), *outside = why_outside(name);
-    char *target = NULL, *directories[2] = {NULL, NULL}, *joined = NULL, *real = NULL;
+    SC_OWN(sc_free_at)
+    char *own = NULL, *target = NULL, *others = NULL, *joined = NULL, *real = NULL;
     struct stat info;
     bool below;
-    sc_status status = SC_OK;
 
     if (why)
         return sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\": %s; %s", header, field, name, why,
                        advice);
+    own = folder_of(header);
     target = realpath(header, NULL); /* where the header lies if the user has named a link to it */
-    directories[0] = folder_of(header);
-    directories[1] = target ? folder_of(target) : NULL;
-    for (int i = 0; i < 2 && !real && directories[i]; i++) {
+    others = target ? folder_of(target) : NULL;
+    for (int i = 0; i < 2 && !real; i++) {
+        const char *folder = i ? others : own;
+
+        if (!folder)
+            break;
         sc_free(joined);
         joined = NULL;
-        SC_TRY(sc_path_join(ctx, *name == '/' || !strcmp(directories[i], ".") ? "" : directories[i],
-                            name, &joined));
+        SC_PASS(
+            sc_path_join(ctx, *name == '/' || !strcmp(folder, ".") ? "" : folder, name, &joined));
         real = realpath(joined, NULL);
     }
-    below = real && (is_below(real, directories[0]) || is_below(real, directories[1]));
+    below = real && (is_below(real, own) || is_below(real, others));
     if (outside && !below) /* whether there is such a file is nobody's business */
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\": %s; %s", header, field, name, outside,
-                         advice);
-    else if (!real || stat(real, &info))
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: the file of its voxels, %s: %s", header,
-                         joined ? joined : name, strerror(errno));
-    else if (!below)
-        status =
-            sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", a link out of the directory to %s; %s",
-                    header, field, name, real, advice);
-    else if (!S_ISREG(info.st_mode))
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", which is no regular file; %s", header,
-                         field, name, advice);
-    if (status != SC_OK)
-        goto out;
+        return sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\": %s; %s", header, field, name, outside,
+                       advice);
+    if (!real || stat(real, &info))
+        return sc_fail(ctx, SC_ERR_DATA, "%s: the file of its voxels, %s: %s", header,
+                       joined ? joined : name, strerror(errno));
+    if (!below)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", a link out of the directory to %s; %s",
+                       header, field, name, real, advice);
+    if (!S_ISREG(info.st_mode))
+        return sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", which is no regular file; %s", header,
+                       field, name, advice);
     *bytes = (uint64_t)info.st_size;
-    *out = joined;
-    joined = NULL;
-out:
-    free(real);
-    free(target);
-    free(directories[0]);
-    free(directories[1]);
-    sc_free(joined);
-    return status;
+    SC_HAND_OVER(joined, out);
+    return SC_OK;
 }
 
 static int is_shown(const struct dirent *entry)

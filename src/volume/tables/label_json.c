@@ -362,9 +362,8 @@ bool sc_json_lacks_memory(const json_error_t *error)
 sc_status sc_label_json_parse(const sc_ctx *ctx, const char *path, const char *text, size_t bytes,
                               sc_label_table *table)
 {
-    json_t *root = NULL;
+    json_auto_t *root = NULL;
     json_error_t error;
-    sc_status status;
 
     if (bytes > SC_JSON_BYTES_MAX)
         return sc_fail(
@@ -374,13 +373,10 @@ sc_status sc_label_json_parse(const sc_ctx *ctx, const char *path, const char *t
             path, bytes, SC_JSON_BYTES_MAX);
     root = sc_json_load(text, bytes, &error);
     if (root)
-        status = sc_label_json_read(ctx, path, root, table);
-    else if (sc_json_lacks_memory(&error))
-        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
-    else
-        status = sc_fail(ctx, SC_ERR_DATA, "%s:%d: is no JSON: %s", path, error.line, error.text);
-    json_decref(root);
-    return status;
+        return sc_label_json_read(ctx, path, root, table);
+    if (sc_json_lacks_memory(&error))
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
+    return sc_fail(ctx, SC_ERR_DATA, "%s:%d: is no JSON: %s", path, error.line, error.text);
 }
 
 sc_status sc_label_json_read(const sc_ctx *ctx, const char *path, json_t *root,
