@@ -37,35 +37,35 @@ enum {
 typedef struct tissue {
     const char *name;
     uint8_t rgb[3]; /* sRGB */
-    int hu;         /* what it absorbs in CT with contrast agent in the left heart */
     int shape;      /* shape_id */
     double grow_mm;
+    int hu;     /* what it absorbs in CT with contrast agent in the left heart */
     int within; /* shape_id or NONE */
     double within_grow_mm, systole_mm;
 } tissue;
 
 /* By label value minus 1. */
 static const tissue tissues[] = {
-    {"aortic valve", {250, 240, 200}, 140, AORTIC_VALVE, 0, NONE, 0, 0},
-    {"pulmonary valve", {235, 240, 215}, 120, PULMONARY_VALVE, 0, NONE, 0, 0},
-    {"mitral valve", {250, 230, 190}, 140, MITRAL, 0, NONE, 0, 0},
-    {"tricuspid valve", {235, 230, 205}, 120, TRICUSPID, 0, NONE, 0, 0},
-    {"coronary arteries", {225, 30, 30}, 380, CORONARIES, 0, NONE, 0, 0},
-    {"aorta", {214, 66, 58}, 390, AORTA, 0, NONE, 0, 0},
-    {"pulmonary artery", {66, 116, 196}, 210, PULMONARY, 0, NONE, 0, 0},
-    {"left ventricle", {172, 24, 38}, 370, LV_CAVITY, 0, NONE, 0, 0},
-    {"interventricular septum", {170, 88, 78}, 112, LV, 0, RV, 5, 0},
-    {"left ventricular myocardium", {186, 98, 84}, 118, LV, 0, NONE, 0, 0},
-    {"right ventricle", {52, 74, 150}, 190, RV, -3.5, NONE, 0, -1.5},
-    {"right ventricular myocardium", {198, 122, 100}, 95, RV, 0, NONE, 0, 0},
-    {"superior vena cava", {78, 108, 190}, 170, SVC, 0, NONE, 0, 0},
-    {"inferior vena cava", {60, 90, 172}, 130, IVC, 0, NONE, 0, 0},
-    {"pulmonary veins", {222, 112, 110}, 360, VEINS, 0, NONE, 0, 0},
-    {"left atrium", {196, 62, 72}, 365, LA, -2.5, NONE, 0, 0},
-    {"left atrial wall", {208, 136, 122}, 85, LA, 0, NONE, 0, 0},
-    {"right atrium", {70, 92, 168}, 180, RA, -2.5, NONE, 0, 0},
-    {"right atrial wall", {192, 128, 124}, 80, RA, 0, NONE, 0, 0},
-    {"epicardial fat", {240, 214, 140}, -95, FAT, -0.8, NONE, 0, 0},
+    {"aortic valve", {250, 240, 200}, AORTIC_VALVE, 0, 140, NONE, 0, 0},
+    {"pulmonary valve", {235, 240, 215}, PULMONARY_VALVE, 0, 120, NONE, 0, 0},
+    {"mitral valve", {250, 230, 190}, MITRAL, 0, 140, NONE, 0, 0},
+    {"tricuspid valve", {235, 230, 205}, TRICUSPID, 0, 120, NONE, 0, 0},
+    {"coronary arteries", {225, 30, 30}, CORONARIES, 0, 380, NONE, 0, 0},
+    {"aorta", {214, 66, 58}, AORTA, 0, 390, NONE, 0, 0},
+    {"pulmonary artery", {66, 116, 196}, PULMONARY, 0, 210, NONE, 0, 0},
+    {"left ventricle", {172, 24, 38}, LV_CAVITY, 0, 370, NONE, 0, 0},
+    {"interventricular septum", {170, 88, 78}, LV, 0, 112, RV, 5, 0},
+    {"left ventricular myocardium", {186, 98, 84}, LV, 0, 118, NONE, 0, 0},
+    {"right ventricle", {52, 74, 150}, RV, -3.5, 190, NONE, 0, -1.5},
+    {"right ventricular myocardium", {198, 122, 100}, RV, 0, 95, NONE, 0, 0},
+    {"superior vena cava", {78, 108, 190}, SVC, 0, 170, NONE, 0, 0},
+    {"inferior vena cava", {60, 90, 172}, IVC, 0, 130, NONE, 0, 0},
+    {"pulmonary veins", {222, 112, 110}, VEINS, 0, 360, NONE, 0, 0},
+    {"left atrium", {196, 62, 72}, LA, -2.5, 365, NONE, 0, 0},
+    {"left atrial wall", {208, 136, 122}, LA, 0, 85, NONE, 0, 0},
+    {"right atrium", {70, 92, 168}, RA, -2.5, 180, NONE, 0, 0},
+    {"right atrial wall", {192, 128, 124}, RA, 0, 80, NONE, 0, 0},
+    {"epicardial fat", {240, 214, 140}, FAT, -0.8, -95, NONE, 0, 0},
 };
 
 enum { TISSUES = SC_COUNT_OF(tissues) };

@@ -110,6 +110,11 @@ static sc_column column_of_two(char *letters)
     return find(color_words, SC_COUNT_OF(color_words), letters);
 }
 
+static char lower(char c)
+{
+    return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c;
+}
+
 /* Copy the letters and digits of a heading to letters[bytes], in lower case, without what stands in
  * brackets, a unit or a range as in "R (0-255)". @return false if there are too many. */
 static bool copy_letters(const char *heading, char *letters, size_t bytes)
@@ -122,7 +127,7 @@ static bool copy_letters(const char *heading, char *letters, size_t bytes)
         if (!*heading)
             break;
         if (isalnum((unsigned char)*heading))
-            letters[count++] = (char)tolower((unsigned char)*heading);
+            letters[count++] = lower(*heading);
     }
     letters[count] = '\0';
     return !*heading;
