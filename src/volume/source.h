@@ -212,6 +212,15 @@ typedef struct sc_entries {
 sc_status sc_entries_list(const sc_ctx *ctx, const char *directory, sc_entries *out);
 void sc_entries_clear(sc_entries *entries);
 
+/* @return how many mm a unit of length has that a header calls @p name: "mm", "microns", "um" or
+ * "micrometer"; the Greek letter may also be written as \u00B5, as ImageJ does; 0 for what is no
+ * known unit. */
+double sc_length_unit_mm(const char *name);
+/* The same of a unit of time, in seconds. */
+double sc_time_unit_s(const char *name);
+/* Warn that a file does not say how large its voxels are. @param key that would tell it. */
+void sc_warn_without_spacing(const sc_ctx *ctx, const char *path, const char *key);
+
 /* A pattern of numbered names: before, a number of at least @c width digits, and after. The texts
  * are borrowed from the header. */
 typedef struct sc_name_pattern {

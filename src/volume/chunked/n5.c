@@ -4,7 +4,6 @@
  * BigDataViewer and CellMap write them; attributes name x first. */
 #include "bytes.h"
 #include "chunked/zarr.h"
-#include "formats/length_units.h"
 
 #include <errno.h>
 #include <float.h>

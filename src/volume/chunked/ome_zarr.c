@@ -2,7 +2,6 @@
 /* Which array of a Zarr store is shown, and what OME-Zarr 0.4 and 0.5 say of it: axes with units,
  * scales and translations, names and colours of labels. */
 #include "chunked/zarr.h"
-#include "formats/length_units.h"
 #include "tables/label_table.h"
 
 #include <errno.h>

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What the user says of a file beside its header: "0.5x0.5x2 um LPS", or of a file without one:
  * "uint16 512x512x300 0.5x0.5x1 mm LPS big skip 1024". */
-#include "formats/length_units.h"
 #include "source.h"
 
 #include <errno.h>

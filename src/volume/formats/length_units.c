@@ -2,7 +2,7 @@
 /* Units of length as OME-XML, OME-Zarr, ImageJ, ITK and users of NRRD name them, also in the
  * plural. Sources: the enumeration UnitsLength of the OME data model (2016-06); the units of
  * UDUNITS-2 that OME-Zarr 0.4 lists for axes of space; ImageJ's ij/measure/Calibration.java. */
-#include "formats/length_units.h"
+#include "source.h"
 
 typedef struct unit {
     const char *name;

@@ -3,9 +3,7 @@
  * colour table of labels is read. All numbers have the highest byte first. Source: FreeSurfer's
  * description of its formats (MghFormat, LabelsClutsAnnotationFiles), and files that mri_convert
  * and recon-all of FreeSurfer 7 have written. */
-#include "formats/mgh_tags.h"
 #include "bytes.h"
-
 #include "packed_file.h"
 #include "tables/label_table.h"
 

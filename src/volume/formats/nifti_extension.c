@@ -1,6 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "formats/nifti_extension.h"
-
 #include "bytes.h"
 #include "packed_file.h"
 #include "tables/label_table.h"

@@ -39,5 +39,10 @@ typedef struct sc_nrrd_header {
 sc_status sc_nrrd_header_read(const sc_ctx *ctx, const char *path, sc_nrrd_header *out);
 /* Free what the header owns and set it to zero. */
 void sc_nrrd_header_clear(sc_nrrd_header *header);
+/* Append the segments, from number 0 up to the first that has neither ID nor LabelValue, to the
+ * table of @p source, or the labels of MITK's groups, and set its segments if there are layers.
+ * @return SC_ERR_DATA, logged, for groups that are no JSON or have no labels; SC_ERR_MEMORY. */
+sc_status sc_nrrd_read_segments(const sc_ctx *ctx, const char *path, const sc_nrrd_header *header,
+                                sc_source *source);
 
 #endif

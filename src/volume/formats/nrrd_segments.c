@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The segments that the header of a .seg.nrrd of 3D Slicer lists: a label table, and for layers
  * that overlap, which label of which layer each segment is. MITK has groups of labels for that. */
-#include "formats/nrrd_segments.h"
+#include "formats/nrrd_header.h"
 
 #include "tables/label_table.h"
 

@@ -4,7 +4,6 @@
  * Source: "AmiraMesh Format" in the Amira User's Guide, and files of Amira. A voxel counts the
  * materials from 0 on, in their order; their "Id" is one more in files of Amira and the same number
  * in others, and is not used. */
-#include "formats/length_units.h"
 #include "formats/meta_files.h"
 
 #include <errno.h>

@@ -3,7 +3,6 @@
  * it. Source: the MetaIO documentation of ITK. The key CompressedDataSize is not used: the
  * compressed stream itself says where it ends, and in some files the key is too small.
  */
-#include "formats/length_units.h"
 #include "formats/meta_files.h"
 #include "tables/label_table.h"
 

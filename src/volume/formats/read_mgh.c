@@ -3,7 +3,7 @@
  * tags (mgh_tags.c); all numbers have the highest byte first. Source: FreeSurfer's
  * description of the format (FsTutorial, MghFormat). */
 #include "bytes.h"
-#include "formats/mgh_tags.h"
+#include "tables/label_table.h"
 
 enum {
     HEADER_BYTES = 284,

@@ -2,7 +2,7 @@
 /* NIfTI-1 and NIfTI-2. The header is checked here first, because nifticlib does not check what it
  * reads. nifticlib then interprets it (byte order, sform, qform), and the voxels are read here, so
  * that a short or damaged stream is noticed and no value is changed silently. */
-#include "formats/nifti_extension.h"
+#include "tables/label_table.h"
 
 #include <nifti2_io.h>
 #include <sys/stat.h>

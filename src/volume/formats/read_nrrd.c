@@ -4,8 +4,7 @@
  * them. The voxels of the usual encodings (raw and gzip, in one file) are then streamed, those of
  * encoding ascii are read here, and Teem reads all others. Teem opens no file but those that
  * nrrd_header.c has checked. */
-#include "formats/length_units.h"
-#include "formats/nrrd_segments.h"
+#include "formats/nrrd_header.h"
 
 #include <errno.h>
 #include <stdlib.h>

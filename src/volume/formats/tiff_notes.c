@@ -3,8 +3,6 @@
  * XML document, which is read with Expat. Sources: ImageJ's ij/io/FileInfo.java and
  * TiffDecoder.java; the OME data model, 2016-06. */
 #include "formats/tiff_notes.h"
-
-#include "formats/length_units.h"
 #include "tables/label_table.h"
 
 #include <errno.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Records of delimited text. */
-#include "tables/delimited.h"
+#include "tables/label_table.h"
 
 #include <string.h>
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Cuts rows of label tables in text into fields: words, pairs of lines, delimited columns, and the
  * free form of lists of classes. */
-#include "tables/delimited.h"
 #include "tables/label_table.h"
 
 #include <ctype.h>

@@ -2,7 +2,6 @@
 /* Label tables: which dialect a text has, and what is said of those in lines. The tables of 3D
  * Slicer and FreeSurfer look alike but mean the opposite by their sixth number. */
 #include "tables/label_table.h"
-#include "tables/delimited.h"
 
 #include <stdlib.h>
 

@@ -15,6 +15,20 @@ enum {
     SC_XML_WHY_BYTES = 256
 };
 
+/* Text in which commas, semicolons, tabs or bars separate fields (RFC 4180, but for the separator).
+ * SC_DELIMITERS: what may separate them. */
+#define SC_DELIMITERS "\t,;|"
+
+/* Take the line at *at apart; a field in quotation marks may go over several. @param fields [most];
+ * what is beyond is left out. *at moves to the next line; NULL behind the last one. @param lines
+ * counts the lines that were read. @return the number of fields. */
+size_t sc_delimited_record(char **at, char delimiter, char **fields, size_t most, int *lines);
+/* @return the line behind @p line, whatever quotation marks are in that; NULL behind the last one.
+ */
+char *sc_delimited_next_line(char *line);
+/* @return the first line that is neither blank nor a comment. @param lines counts those before. */
+const char *sc_delimited_skip_comments(const char *text, int *lines);
+
 /* Turn a text of *bytes bytes, behind which a NUL byte stands, into UTF-8 without a byte order
  * mark: UTF-16 and UTF-32 are told by it; a text that is no UTF-8 anywhere, and no XML, is taken as
  * Windows-1252, of which Latin-1 is a part, and that is said. What cannot be decoded becomes
@@ -186,5 +200,23 @@ sc_status sc_label_json_read(const sc_ctx *ctx, const char *path, struct json_t 
  * After an error @p table is as it was, but for its capacity. */
 sc_status sc_label_xml_parse(const sc_ctx *ctx, const char *path, const char *text, size_t bytes,
                              sc_label_table *table, char why[SC_XML_WHY_BYTES]);
+
+/* ---- label tables within files of volumes ---- */
+
+/* Append the rows of the colour table behind the voxels of an MGH file to @p table: number, name,
+ * colour and opacity of each label but 0. @param end where the voxels end, unpacked; what is before
+ * is unpacked and left out. Tags that cannot be followed end the search silently, since they are
+ * optional and FreeSurfer adds new ones; a colour table that cannot be read gives a warning.
+ * @return SC_ERR_MEMORY, SC_ERR_WRITE, SC_ERR_MISSING, logged. */
+sc_status sc_mgh_labels(const sc_ctx *ctx, const char *path, uint64_t end, sc_label_table *table);
+/* Append the rows of the first label table in the header extensions of a NIfTI file to @p table:
+ * XML as of sc_label_xml_parse, in an extension of any code (Connectome Workbench writes 30,
+ * TotalSegmentator 0). @param begin,end the bytes of the file, unpacked, from behind the header to
+ * before the voxels; what lies beyond the end of the file does not count. @param swapped the header
+ * is in the byte order that this machine does not have. Extensions that are damaged or larger than
+ * 64 MiB, and a table that cannot be read, give a warning. @return SC_ERR_MEMORY, SC_ERR_WRITE,
+ * SC_ERR_MISSING, logged. */
+sc_status sc_nifti_labels(const sc_ctx *ctx, const char *path, uint64_t begin, uint64_t end,
+                          bool swapped, sc_label_table *table);
 
 #endif

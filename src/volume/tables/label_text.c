@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The text of label tables in UTF-8, whatever it was written in. */
-#include "tables/delimited.h"
 #include "tables/label_table.h"
 
 /* What Windows-1252 has in place of the control characters 0x80 to 0x9f of Latin-1; 0: nothing. */

@@ -2,7 +2,6 @@
 /* Tables of values: the column of a spreadsheet, and whose value each line has. */
 #include "segcast/value_table.h"
 
-#include "tables/delimited.h"
 #include "tables/label_table.h"
 
 #include <math.h>
