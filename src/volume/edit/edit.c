@@ -99,6 +99,18 @@ sc_status sc_relabel_with(const sc_ctx *ctx, const sc_label *labels, int label_c
     return SC_OK;
 }
 
+sc_status sc_volume_add_labels(const sc_ctx *ctx, sc_volume *volume, const sc_label_table *table)
+{
+    SC_OWN(sc_relabel_clear) sc_relabel made = {0};
+
+    SC_PASS(sc_relabel_with(ctx, volume->labels, volume->label_count, table, &made));
+    sc_free(volume->labels);
+    SC_HAND_OVER(made.labels, &volume->labels);
+    volume->label_count = made.label_count;
+    sc_volume_apply_table(volume, table);
+    return SC_OK;
+}
+
 static const sc_label_tally no_voxels = {0, {0, 0, 0}, {-1, -1, -1}};
 
 /* What the threads share that give voxels other ids. */

@@ -66,18 +66,6 @@ sc_label *sc_volume_label(const sc_volume *volume, int64_t value)
     return NULL;
 }
 
-sc_status sc_volume_add_labels(const sc_ctx *ctx, sc_volume *volume, const sc_label_table *table)
-{
-    SC_OWN(sc_relabel_clear) sc_relabel made = {0};
-
-    SC_PASS(sc_relabel_with(ctx, volume->labels, volume->label_count, table, &made));
-    sc_free(volume->labels);
-    SC_HAND_OVER(made.labels, &volume->labels);
-    volume->label_count = made.label_count;
-    sc_volume_apply_table(volume, table);
-    return SC_OK;
-}
-
 void sc_volume_apply_table(sc_volume *volume, const sc_label_table *table)
 {
     for (size_t i = table->count; i-- > 0;) { /* backwards: the first row of a value wins */
