@@ -189,7 +189,7 @@ bool sc_headings_find(char *text, sc_text_reading *t)
     for (int i = 0; i < 2; i++) {
         for (const char *d = SC_DELIMITERS; *d && lines[i]; d++) {
             t->delimiter = *d;
-            if (!read_headings(lines[i], t) || (i == 1 && t->column_count < 2))
+            if (!read_headings(lines[i], t))
                 continue;
             t->at = i == 0 ? sc_delimited_next_line(row) : row;
             t->line += i == 0;
