@@ -17,6 +17,17 @@
 
 static const sc_ctx quiet = {.level = SC_LOG_ERROR};
 
+/* @return whether a test may be one of several alike: where sanitizers watch, which find in one
+ * what they find in the next, unless SC_TEST_ALL is set. */
+static inline bool in_brief(void)
+{
+#ifdef SC_SANITIZED
+    return !getenv("SC_TEST_ALL");
+#else
+    return false;
+#endif
+}
+
 #define assert_near(a, b, eps)                                                                     \
     do {                                                                                           \
         const double near_a = (a), near_b = (b);                                                   \

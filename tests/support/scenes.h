@@ -111,8 +111,10 @@ static inline sc_image draw_view(const small_scene *s, const sc_scene *scene,
     return image;
 }
 
-/* Draw one frame by every skip method and variant that this processor can run, with several threads
- * and sizes of tiles; all must draw the same. The caller frees the picture. */
+/* Draw one frame by every skip method and variant that is built and that this processor can run,
+ * with several threads and sizes of tiles; all must draw the same. Where the rivals of leap are not
+ * built, they would only draw as interior does, which is of plain C. The caller frees the picture.
+ */
 static inline sc_image draw_by_all_kernels(const small_scene *scene_of, const sc_scene *scene)
 {
     small_scene s = *scene_of;
@@ -121,13 +123,15 @@ static inline sc_image draw_by_all_kernels(const small_scene *scene_of, const sc
     s.settings.skip = SC_SKIP_NONE;
     first = draw_view(&s, scene, NULL);
     for (sc_skip skip = SC_SKIP_INTERIOR; skip <= SC_SKIP_LEAP; skip++) {
-        for (int i = 1; sc_cpu_names[i]; i++) {
+        if (!SC_RIVALS && skip != SC_SKIP_INTERIOR && skip != SC_SKIP_LEAP)
+            continue;
+        for (int i = 1; sc_cpu_names[i] && (i == 1 || sc_skip_is_wide(skip)); i++) {
             SC_OWN(sc_image_clear) sc_image image = {0};
 
-            if (!sc_cpu_has(sc_cpu_names[i]))
+            if (sc_skip_is_wide(skip) && !sc_cpu_has(sc_cpu_names[i]))
                 continue;
             s.settings.skip = skip;
-            s.settings.cpu = sc_cpu_names[i];
+            s.settings.cpu = sc_skip_is_wide(skip) ? sc_cpu_names[i] : NULL;
             s.settings.threads = 1 + (int)skip % 3;
             s.settings.tile_px = 8 + 13 * i;
             image = draw_view(&s, scene, NULL);

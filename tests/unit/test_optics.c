@@ -124,7 +124,7 @@ static int grains(double x, double y, double z)
     return (int)x % 6 < 3 && (int)z % 6 < 3 && fabs(y - 30) < 4;
 }
 
-/* The noise that is left, where much detail is far out of focus: against 1024 rays a pixel. */
+/* The noise that is left, where much detail is far out of focus: against 512 rays a pixel. */
 TEST(blur_is_smooth)
 {
     SC_OWN(free_scene) small_scene s = black_scene(grains);
@@ -136,7 +136,7 @@ TEST(blur_is_smooth)
     scene.camera.aperture_mm = 16;
     scene.camera.focus_mm = 70;
     few = draw_view(&s, &scene, NULL);
-    s.settings.lens_samples = 1024;
+    s.settings.lens_samples = 512;
     s.settings.everywhere = true;
     many = draw_view(&s, &scene, NULL);
     assert_true(compare_images(&few, &many, &d));
