@@ -6,7 +6,7 @@ small_job job.yaml
 limited() { (ulimit -f 8; exec "$@"); } # 8 blocks of 1 KiB
 
 code=0
-limited "$SEGCAST" render job.yaml -o out --set output.size=[640,480] --set output.video=film.mp4 \
+limited "$SEGCAST" render job.yaml -o out --set output.size=[320,240] --set output.video=film.mp4 \
     --set output.crf=1 >stdout.txt 2>stderr.txt || code=$?
 [ $code = 74 ] || { cat stderr.txt; fail "exit code $code, expected 74"; }
 one_error
@@ -15,7 +15,7 @@ grep -q 'limit of file sizes is reached (ulimit -f)' stderr.txt || fail "the mes
 jq -e '.state == "failed"' out/status.json >/dev/null || fail "status.json does not say that the run failed"
 
 code=0
-limited "$SEGCAST" render job.yaml -o png --set output.size=[640,480] --set output.frames=png \
+limited "$SEGCAST" render job.yaml -o png --set output.size=[320,240] --set output.frames=png \
     >stdout.txt 2>stderr.txt || code=$?
 [ $code = 74 ] || fail "exit code $code, expected 74"
 one_error

@@ -5,10 +5,11 @@
 at=$(grep -abm1 '^$' heart.nrrd | cut -d : -f 1)
 tail -c +$((at + 2)) heart.nrrd | gzip -dc >heart.raw
 [ "$(stat -c %s heart.raw)" = $((40 * 36 * 44)) ] || fail "the voxels of the phantom have $(stat -c %s heart.raw) bytes"
+labels() { jq '[.size, (.labels | map([.value, .voxels]))]'; }
+"$SEGCAST" info heart.nrrd --json -q 2>/dev/null | labels >want.json
 same() { # same VOLUME LINE: it has the labels and voxels of the phantom, and its size
     "$SEGCAST" info "$1" --header "$2" --json -q >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "$1, $2: not read"; }
-    "$SEGCAST" info heart.nrrd --json -q 2>/dev/null | jq '[.size, (.labels | map([.value, .voxels]))]' >want.json
-    jq '[.size, (.labels | map([.value, .voxels]))]' info.json | diff want.json - >&2 || fail "$1, $2: other labels"
+    labels <info.json | diff want.json - >&2 || fail "$1, $2: other labels"
 }
 same heart.raw 'uint8 40x36x44'
 gzip -k heart.raw

@@ -62,20 +62,27 @@ refused=$(validate "$SOURCE"/jobs/*.yaml)
 "$SEGCAST" help keys --study-schema >study.schema.json
 refused=$("$python" validate.py study.schema.json "$SOURCE"/jobs/studies/*.yaml)
 [ -z "$refused" ] || fail "$refused"
-for line in 'swep: {ranks: [1, 2]}' 'least: many' 'measure: frame' 'precision: 2 mm' 'budget: []' 'sweep: 3'; do
-    printf 'title: wrong\n%s\n' "$line" >wrong.yaml
-    [ -n "$("$python" validate.py study.schema.json wrong.yaml)" ] || fail "the schema of studies accepts: $line"
-    expect 65 'wrong.yaml:2' "$SEGCAST" study wrong.yaml -o wrong
+# jobs NAME TEXT: write each line of standard input, behind TEXT, to a file NAME-N.yaml.
+jobs() {
+    local n=10 line
+    while IFS= read -r line; do n=$((n + 1)) && printf '%b\n%b\n' "$2" "$line" >"$1-$n.yaml"; done
+}
+jobs study 'title: wrong' <<'WRONG'
+swep: {ranks: [1, 2]}
+least: many
+measure: frame
+precision: 2 mm
+budget: []
+sweep: 3
+WRONG
+"$python" validate.py study.schema.json study-*.yaml >refused.txt
+for study in study-*.yaml; do
+    grep -q "^$study " refused.txt || fail "the schema of studies accepts: $(cat $study)"
+    expect 65 "$study:2" "$SEGCAST" study $study -o wrong
 done
 
 # What the schema has to refuse, the program refuses, too.
-count=0
-while IFS= read -r line; do
-    printf 'volume: phantom:59x41x61\n%b\n' "$line" >wrong.yaml
-    [ -n "$(validate wrong.yaml)" ] || fail "the schema accepts: $line"
-    expect 65 'wrong.yaml:' "$SEGCAST" check wrong.yaml
-    count=$((count + 1))
-done <<'WRONG'
+jobs wrong 'volume: phantom:59x41x61' <<'WRONG'
 outptu: {fps: 25}
 output: {fps: "fast"}
 output: {fps: 1000}
@@ -99,14 +106,14 @@ animation: {camera: {orbit: {strat: 1}}}
 animation: {slices: 200}
 farm: {tile: [8]}
 WRONG
-[ "$count" -ge 10 ] || fail "only $count wrong jobs"
+validate wrong-*.yaml >refused.txt
+for job in wrong-*.yaml; do
+    grep -q "^$job " refused.txt || fail "the schema accepts: $(cat $job)"
+    expect 65 "$job:" "$SEGCAST" check $job
+done
 
 # What the program accepts in odd but right jobs, the schema accepts.
-while IFS= read -r line; do
-    printf 'volume: phantom:59x41x61\n%b\n' "$line" >right.yaml
-    [ -z "$(validate right.yaml)" ] || fail "the schema refuses: $line: $(validate right.yaml)"
-    expect 0 '' "$SEGCAST" check right.yaml
-done <<'RIGHT'
+jobs right 'volume: phantom:59x41x61' <<'RIGHT'
 output: {size: 640x480}
 render: {background: "#102030"}
 render: {background: red}
@@ -118,3 +125,6 @@ animation: {camera: {orbit: {axis: [0, 1, 1], target_mm: [1, 2, 3]}}}
 animation: {clip: [{normal: left, at: 12 mm}, {box: [[0%, 5%, 1 mm], [100%, 100%, 90%]], except: [aorta]}]}
 tissues: {"*": {opacity: auto, visible: true}, aorta: {color: [1, 2, 3], roughness: 0.5}}
 RIGHT
+refused=$(validate right-*.yaml)
+[ -z "$refused" ] || fail "the schema refuses: $refused"
+for job in right-*.yaml; do expect 0 '' "$SEGCAST" check $job; done
