@@ -120,15 +120,10 @@ done
 grep -q 'video: "levels.mp4"' init.yaml || fail "the video has not the name of the store: $(grep video: init.yaml)"
 
 # What cannot be read is refused, with one message that names file or key and what was found.
-change() { # change STORE NEW SCRIPT: copy a store, and change it by a script for Python in its directory
-    cp -r "$1" "$2"
-    (cd "$2" && "$python" -c "import json, os, struct
-def meta(path, **keys):
+changes="def meta(path, **keys):
     data = json.load(open(path)); data.update(keys); json.dump(data, open(path, 'w'))
 def block(path, at, new):
-    data = bytearray(open(path, 'rb').read()); data[at:at + len(new)] = new; open(path, 'wb').write(data)
-$3") || fail "$2 cannot be made"
-}
+    data = bytearray(open(path, 'rb').read()); data[at:at + len(new)] = new; open(path, 'wb').write(data)"
 change spec_raw.n5 cut.n5 "os.truncate('ids/1/1/1', 100)"
 change spec_raw.n5 no_head.n5 "os.truncate('ids/1/1/1', 10)"
 change spec_raw.n5 mode.n5 "block('ids/1/1/1', 0, b'\0\1')"
@@ -156,11 +151,7 @@ change spec_raw.n5 no_json.n5 "open('ids/attributes.json', 'w').write('{\n')"
 change xz.n5 packed.n5 "meta('a/attributes.json', compression=dict(type='x\x1bz'))"
 change spec_raw.n5 deep.n5 "os.makedirs('/'.join(['ids'] + ['d'] * 12)); os.remove('ids/attributes.json'); import shutil; [shutil.rmtree('ids/' + d) for d in os.listdir('ids') if d != 'd']"
 mkdir empty.n5
-while read -r code store pattern; do
-    expect "$code" "$pattern" "$SEGCAST" info "$store"
-    one_error
-    ! grep -q $'\x1b' stderr.txt || fail "$store: an escape code is printed"
-done <<'TABLE'
+refused <<'TABLE'
 65 cut.n5 cut.n5/ids/1/1/1: has 84 bytes of values, expected 1600
 65 no_head.n5 no_head.n5/ids/1/1/1: does not begin as a block of N5 with 3 dimensions and one value for each voxel
 65 mode.n5 ids/1/1/1: does not begin as a block of N5

@@ -183,10 +183,7 @@ for volume in same.nrrd gz shards_blocks_hashed; do
 done
 
 # What cannot be read is refused, with one message that names file or key and what was found.
-change() { # change VOLUME NEW SCRIPT: copy a volume, and change it by a script for Python in its directory
-    cp -r "$1" "$2"
-    (cd "$2" && "$python" -c "import glob, json, os, struct
-scale = glob.glob('500_*')[0]
+changes="scale = glob.glob('500_*')[0]
 first = lambda: sorted(f for f in glob.glob(scale + '/*') if os.path.getsize(f))[0]
 def info(**keys):
     data = json.load(open('info')); data.update(keys); json.dump(data, open('info', 'w'))
@@ -195,9 +192,7 @@ def scales(**keys):
 def sharding(**keys):
     data = json.load(open('info')); data['scales'][0]['sharding'].update(keys); json.dump(data, open('info', 'w'))
 def patch(f, at, data):
-    with open(f, 'r+b') as s: s.seek(at); s.write(data)
-$3") || fail "$2 cannot be made"
-}
+    with open(f, 'r+b') as s: s.seek(at); s.write(data)"
 change raw cut "os.truncate(first(), 100)"
 change raw long "os.truncate(first(), 1 << 30)"
 change gz gz_cut "os.truncate(first(), 50)"
@@ -236,11 +231,7 @@ change raw resolution "scales(resolution=[1, 0, 1])"
 change raw no_scales "info(scales=[])"
 change raw no_json "open('info', 'w').write('{\n')"
 change raw escape "scales(encoding='\x1b[31m')"
-while read -r code volume pattern; do
-    expect "$code" "$pattern" "$SEGCAST" info "$volume"
-    one_error
-    ! grep -q $'\x1b' stderr.txt || fail "$volume: an escape code is printed"
-done <<'TABLE'
+refused <<'TABLE'
 65 cut cut/500_500_1250/-.*: has 100 bytes of values, expected 9600
 65 long long/500_500_1250/-.*: has 1073741824 bytes, more than a chunk of 9600 bytes can take
 65 gz_cut .*\.gz: gzip: ends too early

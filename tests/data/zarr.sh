@@ -291,13 +291,8 @@ expect 65 'box: the volume has no voxel in the box; it reaches from .-0.00025, -
     "$SEGCAST" info zstd.zarr --set 'volume={box: [[1, 1, 1], [2, 2, 2]]}'
 
 # What cannot be read is refused, with one message that names file or key and what was found.
-change() { # change STORE NEW SCRIPT: copy a store, and change it by a script for Python in its directory
-    cp -r "$1" "$2"
-    (cd "$2" && "$python" -c "import json, os, struct
-def meta(path, **keys):
-    data = json.load(open(path)); data.update(keys); json.dump(data, open(path, 'w'))
-$3") || fail "$2 cannot be made"
-}
+changes="def meta(path, **keys):
+    data = json.load(open(path)); data.update(keys); json.dump(data, open(path, 'w'))"
 array=labels/cells/0
 change zstd.zarr cut.zarr "f='$array/1/1/1'; os.truncate(f, os.path.getsize(f) // 2)"
 change blosc_lz4.zarr blosc_cut.zarr "f='$array/1/1/1'; os.truncate(f, os.path.getsize(f) - 1)"
@@ -330,12 +325,8 @@ change v3_shards.zarr shard_shape.zarr "m=json.load(open('$array/zarr.json')); m
 change v3_big_gzip_crc.zarr crc.zarr "f='$array/c/0/0/0'; d=bytearray(open(f,'rb').read()); d[-1]^=1; open(f,'wb').write(d)"
 change zstd.zarr mirrored.zarr "m = json.load(open('labels/cells/.zattrs')); m['multiscales'][0]['datasets'][0]['coordinateTransformations'][0]['scale'][-2] *= -1; json.dump(m, open('labels/cells/.zattrs', 'w'))"
 change zstd.zarr headless.zarr "os.remove('.zgroup')"
-cp -r headless.zarr headless
-while read -r code store pattern; do
-    expect "$code" "$pattern" "$SEGCAST" info "$store"
-    one_error
-    ! grep -q $'\x1b' stderr.txt || fail "$store: an escape code is printed"
-done <<'TABLE'
+change zstd.zarr headless "os.remove('.zgroup')"
+refused <<'TABLE'
 65 cut.zarr cut.zarr/labels/cells/0/1/1/1: zstd: .
 65 blosc_cut.zarr blosc_cut.zarr/labels/cells/0/1/1/1: blosc: is damaged or cut short
 65 wrong_codec.zarr wrong_codec.zarr/labels/cells/0/0/0/0: zstd: 

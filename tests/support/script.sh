@@ -50,6 +50,23 @@ one_error() {
     [ "$(grep -c 'segcast: error' stderr.txt)" = 1 ] || { cat stderr.txt >&2; fail "$(grep -c 'segcast: error' stderr.txt) errors were printed, expected 1"; }
 }
 
+# change STORE NEW SCRIPT: copy a volume of several files. In its directory $changes and SCRIPT are run by one Python, with
+# those of all others, when refused begins.
+change() {
+    cp -r "$1" "$2"
+    printf "os.chdir('%s')\n%s\n%s\nos.chdir('$PWD')\n" "$2" "$changes" "$3" >>changes.py
+}
+# refused: of each line of standard input, CODE VOLUME PATTERN, the volume is refused by one message.
+refused() {
+    local code volume pattern
+    "$python" -c 'import glob, json, os, struct; exec(open("changes.py").read())' || fail "the volumes cannot be changed"
+    while read -r code volume pattern; do
+        expect "$code" "$pattern" "$SEGCAST" info "$volume"
+        one_error
+        ! grep -q $'\x1b' stderr.txt || fail "$volume: an escape code is printed"
+    done
+}
+
 mpi() { # mpi RANKS COMMAND...
     local ranks=$1
     shift
