@@ -60,10 +60,7 @@ cmp before.json sliced/ro-crate-metadata.json || fail "join made another crate o
 # A killed run: its crate says that the run has not ended, also when another one has completed the job.
 small_job slow.yaml
 "$SEGCAST" render slow.yaml -o killed -q --set output.size=640x480 --set render.quality=still >/dev/null 2>&1 &
-for _ in $(seq 300); do
-    grep -q '"frame":' killed/manifest.jsonl 2>/dev/null && break
-    sleep 0.1
-done
+wait_until '[ "$(frames killed)" -gt 0 ]'
 kill -KILL $! && wait $! || :
 expect 75 "" "$SEGCAST" status killed
 jq -e '."@graph"[] | select(."@type" == "CreateAction") | has("endTime") | not' killed/ro-crate-metadata.json >/dev/null ||

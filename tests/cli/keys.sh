@@ -38,11 +38,7 @@ done < <("$SEGCAST" help keys --json | jq -r '.[] | select(.default) | "\(.key) 
 "$SEGCAST" still plain.yaml -o set.png -q "${settings[@]}" >/dev/null
 "$IMAGE_DIFFERENCE" plain.png set.png || fail "defaults that are given change the picture"
 
-python=
-for candidate in /usr/bin/python3 python3; do
-    "$candidate" -c 'import jsonschema, yaml' 2>/dev/null && python=$candidate && break
-done
-[ -n "$python" ] || skip "no Python with jsonschema and yaml to check the schema with"
+find_python 'jsonschema, yaml' 'python3-jsonschema python3-yaml'
 
 # validate FILE...: by a JSON schema validator of another project; prints the files that the schema refuses
 "$SEGCAST" help keys --schema >schema.json

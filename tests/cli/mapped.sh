@@ -17,11 +17,8 @@ for way in alone mpi written; do
         continue
     fi
     id=$!
-    for _ in $(seq 300); do
-        grep -qs '"frame"' $way/manifest.jsonl && break
-        sleep 0.1
-    done
-    grep -q '"frame"' $way/manifest.jsonl || fail "$way: no frame was drawn in 30 s: $(cat stderr.txt)"
+    wait_until '[ "$(frames $way)" -gt 0 ]'
+    [ "$(frames $way)" -gt 0 ] || fail "$way: no frame was drawn in a minute: $(cat stderr.txt)"
     said='cannot be read any more'
     if [ $way = written ]; then
         said='(was written into while frames were drawn|cannot be read any more)' # if a number in it led too far
@@ -45,10 +42,7 @@ done
 "$SEGCAST" convert heart.nrrd -o heart.segc --overwrite -q >/dev/null
 "$SEGCAST" still job.yaml --set output.size=[4000,4000] --set render.quality=still -o big.png 2>stderr.txt >stdout.txt &
 id=$!
-for _ in $(seq 300); do
-    grep -qs heart.segc /proc/$id/maps && break
-    sleep 0.1
-done
+wait_until 'grep -qs heart.segc /proc/$id/maps'
 truncate -s 4096 heart.segc
 code=0
 wait $id || code=$?

@@ -28,13 +28,7 @@ animation:
 YAML
 cp job.yaml before.yaml
 "$SEGCAST" desk job.yaml --threads 2 --idle 20 >address.txt 2>desk.txt &
-desk=$!
-trap 'kill $desk 2>/dev/null || true' EXIT
-for _ in $(seq 600); do
-    [ ! -s address.txt ] || break
-    kill -0 $desk 2>/dev/null || { cat desk.txt >&2; fail "the desk has ended"; }
-    sleep 0.1
-done
+wait_for_desk address.txt
 python3 "$SOURCE/tests/desk/hands.py" "$browser" "$(cat address.txt)" "$PWD" >seen.txt || { cat desk.txt seen.txt >&2; fail "the page does not do what a hand asks"; }
 
 # What was saved is a file that a person would have written.
@@ -56,8 +50,4 @@ done <seen.txt
 "$SEGCAST" verify out -q >/dev/null || fail "what the page has rendered is not right"
 
 # Ctrl-C ends it in order.
-kill -INT $desk
-code=0
-wait $desk || code=$?
-trap - EXIT
-[ $code = 0 ] || { cat desk.txt >&2; fail "the desk has ended with exit code $code"; }
+end_desk INT

@@ -37,11 +37,7 @@ interrupt() {
     local launcher pid code=0
     mpirun -n 3 "./$name" render job.yaml -o "$1" --set farm.encode=gather --set output.size=192x144 >/dev/null 2>stderr.txt &
     launcher=$!
-    for _ in $(seq 600); do
-        [ "$( (grep -c 'frame"' "$1/manifest.jsonl" 2>/dev/null) || true)" -ge "$3" ] 2>/dev/null && break
-        kill -0 $launcher 2>/dev/null || break
-        sleep 0.05
-    done
+    wait_until "[ \"\$(frames $1)\" -ge $3 ] || ! kill -0 $launcher 2>/dev/null"
     pid=$(pgrep -r R,S,D -x "$name" | tail -1) || fail "the run ended before it was interrupted"
     kill "-$2" "$pid"
     wait $launcher 2>/dev/null || code=$?

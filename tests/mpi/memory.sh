@@ -24,10 +24,7 @@ for ranks in 2 3; do
     mpi $ranks "./$name" render job.yaml -o out$ranks >stdout.txt 2>stderr.txt &
     launcher=$!
     trap 'kill -KILL $launcher $(pgrep -x "$name") 2>/dev/null || true' EXIT
-    for _ in $(seq 600); do
-        [ "$( (grep -c frame\" out$ranks/manifest.jsonl 2>/dev/null) || true)" -gt 5 ] 2>/dev/null && break
-        sleep 0.1
-    done
+    wait_until '[ "$(frames out$ranks)" -gt 5 ]'
     mapped >mapped.txt
     kill -USR1 "$(awk 'END {print $1}' mapped.txt)" # not the last of pgrep, which may have ended already
     code=0

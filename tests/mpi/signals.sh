@@ -6,11 +6,8 @@ sed -i 's/size: \[96, 72\], video: none/size: [320, 240], fps: 5, video: film.mp
 name=sc_signal_$$ # to find the ranks by, under any launcher
 ln -s "$SEGCAST" "$name"
 wait_for_frames() {
-    for _ in $(seq 600); do
-        [ "$(cat out/manifest.jsonl 2>/dev/null | grep -c '"frame"')" -ge "$1" ] && return
-        sleep 0.05
-    done
-    fail "the manifest does not name $1 frames in time"
+    wait_until "[ \"\$(frames out)\" -ge $1 ]"
+    [ "$(frames out)" -ge "$1" ] || fail "the manifest does not name $1 frames in time"
 }
 stopped() { # stopped CODE WHAT
     [ "$1" = 75 ] || { cat stderr.txt >&2; fail "$2: exit $1, expected 75"; }
@@ -64,10 +61,7 @@ pid=$!
 wait_for_frames 7
 kill -KILL $pid
 wait $pid || true
-for _ in $(seq 400); do
-    pgrep -r R,S,D -x "$name" >/dev/null || break
-    sleep 0.05
-done
+wait_until '! pgrep -r R,S,D -x "$name" >/dev/null'
 ! pkill -KILL -r R,S,D -x "$name" || fail "a process went on for 20 s without its launcher"
 stopped 75 "without its launcher"
 
@@ -75,10 +69,7 @@ stopped 75 "without its launcher"
 rm -rf out
 "$SEGCAST" render job.yaml -o out --set output.size=[3840,2160] >/dev/null 2>stderr.txt &
 pid=$!
-for _ in $(seq 400); do # before the first frame is begun, one TERM is enough
-    [ "$(jq -r .phase out/status.json 2>/dev/null)" != drawing ] || break
-    sleep 0.05
-done
+wait_until '[ "$(jq -r .phase out/status.json 2>/dev/null)" = drawing ]' # before the first frame is begun, one TERM is enough
 kill -TERM $pid
 sleep 0.02 # two signals at the same time would be delivered as one
 kill -TERM $pid

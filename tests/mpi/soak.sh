@@ -55,10 +55,7 @@ while :; do
     code=0
     wait $launcher 2>/dev/null || code=$?
     kill $watchdog 2>/dev/null || fail "a run took more than 300 s"
-    for _ in $(seq 200); do
-        pgrep -r R,S,D -x "$name" >/dev/null || break
-        sleep 0.05
-    done
+    wait_until '! pgrep -r R,S,D -x "$name" >/dev/null'
     left=$(pgrep -r R,S,D -x "$name" || true)
     if [ -n "$left" ]; then
         echo "run $runs: of ${pids[*]}, of which $launcher is mpirun, ${target[*]} were killed after $delay_ms ms; left:" >&2

@@ -8,10 +8,7 @@ ln -s "$SEGCAST" "$name"
 mpirun -n 2 "./$name" render job.yaml -o out --set output.video=film.mp4 --set output.fps=5 >stdout.txt 2>stderr.txt &
 launcher=$!
 trap 'kill -KILL $launcher $(pgrep -x "$name") 2>/dev/null || true' EXIT
-for _ in $(seq 300); do
-    [ "$( (grep -c frame\" out/manifest.jsonl 2>/dev/null) || true)" -gt 5 ] 2>/dev/null && break
-    sleep 0.1
-done
+wait_until '[ "$(frames out)" -gt 5 ]'
 # Signal one rank of the two, most often not rank 0.
 pids=$(pgrep -x "$name")
 [ "$(wc -w <<<"$pids")" = 2 ] || fail "expected two ranks, found: $pids"

@@ -67,6 +67,27 @@ refused() {
     done
 }
 
+# wait_until COMMAND: look again and again whether it succeeds, for a minute at most.
+wait_until() {
+    for _ in $(seq 1200); do ! eval "$1" || break; sleep 0.05; done
+}
+# frames DIRECTORY: how many frames its manifest names.
+frames() { grep -cs '"frame"' "$1/manifest.jsonl" || [ -e "$1/manifest.jsonl" ] || echo 0; }
+# wait_for_desk FILE: until the desk that was started last has written its address there.
+wait_for_desk() {
+    desk=$!
+    trap 'kill $desk 2>/dev/null || true' EXIT
+    wait_until "[ -s $1 ] || ! kill -0 $desk 2>/dev/null"
+    kill -0 $desk 2>/dev/null || { cat desk.txt >&2; fail "the desk has ended"; }
+}
+end_desk() { # end_desk SIGNAL: by which it ends in order
+    local code=0
+    kill "-$1" $desk
+    wait $desk || code=$?
+    trap - EXIT
+    [ $code = 0 ] || { cat desk.txt >&2; fail "the desk has ended with exit code $code"; }
+}
+
 mpi() { # mpi RANKS COMMAND...
     local ranks=$1
     shift

@@ -22,19 +22,13 @@ static sc_light_method method = SC_LIGHT_GLOBAL;
  * turn, unless SC_TEST_ALL is set. */
 static void test_by_each_method(void (*test)(void))
 {
-    static const struct way {
-        sc_light_method method;
-        sc_surface surface;
-    } ways[] = {{SC_LIGHT_PATH, SC_SURFACE_SMOOTH},
-                {SC_LIGHT_PATH, SC_SURFACE_VOXEL},
-                {SC_LIGHT_GLOBAL, SC_SURFACE_SMOOTH}};
     static int turn;
 
     for (int i = 0; i < 3; i++) {
         if (in_brief() && i != turn % 3)
             continue;
-        method = ways[i].method;
-        tested_surface = ways[i].surface;
+        method = i < 2 ? SC_LIGHT_PATH : SC_LIGHT_GLOBAL;
+        tested_surface = i ? SC_SURFACE_SMOOTH : SC_SURFACE_VOXEL;
         test();
     }
     turn++;
