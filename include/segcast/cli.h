@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
  *  The command line: the options of each command, read strictly and all mistakes told; help,
- *  manual, completions and version, from the tables of commands, options and keys. What a command
- *  does it does not know. */
+ *  manual, completions and version, from the tables of commands, options and keys. It does not
+ *  know what commands do. */
 #ifndef SEGCAST_CLI_H
 #define SEGCAST_CLI_H
 
@@ -41,7 +41,7 @@ typedef struct sc_still_options {
 
 /** What segcast convert makes. */
 typedef struct sc_convert_options {
-    const char *to;
+    const char *to;          /**< format of a table or of a centre line */
     const char *begin, *end; /**< of a centre line */
     const char *tissue;      /**< of a centre line or mesh */
     const char *simplify;    /**< of a mesh */
@@ -65,7 +65,9 @@ typedef struct sc_check_options {
 typedef struct sc_help_options {
     bool help, version; /**< --help, --version of any command */
     bool markdown;      /**< also of segcast report */
-    bool clear, schema, study, man, bash, zsh, fish;
+    bool clear;         /**< of the cache */
+    bool study;         /**< --study-schema */
+    bool schema, man, bash, zsh, fish;
 } sc_help_options;
 
 /** How segcast desk serves. */
@@ -202,7 +204,7 @@ sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char
 sc_status sc_options_set_as(const sc_ctx *ctx, sc_options *options, const char *origin,
                             const char *key, const char *value);
 /** Add a default of the command, which holds if the job does not set the key. Both texts are
- * borrowed. @return SC_ERR_INTERNAL if there are more than sc_options.defaults holds. */
+ * borrowed. @return SC_ERR_INTERNAL if there are more than sc_settings.defaults holds. */
 sc_status sc_options_default(const sc_ctx *ctx, sc_options *options, const char *key,
                              const char *value);
 

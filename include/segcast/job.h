@@ -86,7 +86,7 @@ static inline bool sc_smooth_is_auto(sc_vec3 smooth)
 }
 
 /** Who encodes: rank 0 alone, or all ranks, each a GOP at a time; auto chooses by their number. The
- *  bytes of the video are the same. */
+ *  bytes of the video are the same. With gather, ranks draw frames, and some of them encode. */
 typedef enum sc_encode {
     SC_ENCODE_AUTO,
     SC_ENCODE_ROOT,
@@ -123,7 +123,7 @@ typedef struct sc_box {
 enum { SC_SUBJECTS_MAX = 4 };
 /** A volume that is compared with that of the job. */
 typedef struct sc_subject {
-    char volume[SC_PATH_BYTES]; /**< as of sc_job */
+    char volume[SC_PATH_BYTES]; /**< as sc_volume_options.path */
     char labels[SC_PATH_BYTES]; /**< likewise; empty: that of the job */
     char image[SC_PATH_BYTES];  /**< its grey volume; empty: that of the job; "none": it has none */
     bool has_name;
@@ -144,7 +144,7 @@ typedef struct sc_comparison {
     int align;                   /**< sc_align */
     bool has_divider;            /**< both subjects fill the picture, one beside the other */
     double divider; /**< where the first ends, as a share of the width of the picture, 0 to 1 */
-    sc_track divider_track; /**< key frames; if it has any, they replace the ramp */
+    sc_track divider_track; /**< key frames; if it has any, they replace divider */
 } sc_comparison;
 
 /** The volume of one phase of a beat. */
@@ -156,8 +156,8 @@ typedef struct sc_volume_path {
 /** How a series of volumes is shown. */
 typedef struct sc_cine_options {
     sc_cine cine;
-    char phases[256]; /**< a list of frames, here phases; empty once a job is loaded whose phases
-                           are files */
+    char phases[256]; /**< a list of phases, written like one of frames; empty once a job is loaded
+                           whose phases are files */
     char where[160];  /**< "file:line" of the series, for messages; may be empty */
 } sc_cine_options;
 
@@ -187,16 +187,16 @@ typedef struct sc_volume_options {
                                     then those that are kept */
     size_t tissue_count;
     sc_box box;
-    char header[160];           /**< as sc_read_choice.header */
-    double threshold;           /**< as sc_read_choice.threshold */
-    int level;                  /**< of resolution, 0 the finest */
-    int phase;                  /**< as of sc_read_choice; of a series that of the first phase */
-    double resample_mm[3];      /**< without given.volume_size: along x, y, z */
-    int size[3];                /**< with it: to this many voxels along x, y, z, by nearest label */
-    bool is_replaced;           /**< the file has a map, and a setting has replaced its path */
-    char labels[SC_PATH_BYTES]; /**< label table; empty: from the volume */
-    int labels_format;          /**< sc_table_format */
-    int overlap;                /**< sc_overlap */
+    char header[160];      /**< as sc_read_choice.header */
+    double threshold;      /**< as sc_read_choice.threshold */
+    int level;             /**< of resolution, 0 the finest */
+    int phase;             /**< as of sc_read_choice; of a series that of the first phase */
+    double resample_mm[3]; /**< along x, y, z; if given.volume_size, not read */
+    int size[3];           /**< if given.volume_size: voxels along x, y, z, by nearest label */
+    bool is_replaced; /**< a setting gave another path than the file, which has a map of keys */
+    char labels[SC_PATH_BYTES];                 /**< label table; empty: from the volume */
+    int labels_format;                          /**< sc_table_format */
+    int overlap;                                /**< sc_overlap */
     char overlap_names[SC_OVERLAP_NAMES_BYTES]; /**< SC_OVERLAP_NAMES: as of sc_read_choice */
     int appearance;                             /**< sc_appearance */
 } sc_volume_options;
@@ -206,7 +206,7 @@ typedef struct sc_tissue_options {
     sc_tissue_rule *rules; /**< [rule_count], owned */
     size_t rule_count;
     size_t film_rules; /**< of a shot's job: how many of the rules are the film's; they come first.
-                            0 of others */
+                            0 for a job that is not a shot's */
     sc_track *tracks;  /**< [track_count], owned: key frames of the rules; those of colours are of
                             levels of sRGB */
     size_t track_count;
@@ -239,7 +239,7 @@ typedef struct sc_film_options {
     double duration_s; /**< if given.duration */
 } sc_film_options;
 
-/** Which keys stand in a job. Without one, what it is about is not read. */
+/** Which keys stand in a job. Members for a key that does not are not to be read. */
 typedef struct sc_given_keys {
     bool cine; /**< then there are two phases or more */
     bool box, header, level, threshold, resample, volume_size; /**< of volume; volume_size is a way
@@ -402,7 +402,7 @@ static inline sc_opacity_rule sc_job_opacity_rule(const sc_job *job)
 }
 /** @return the name of the encoder preset, for example "medium". */
 const char *sc_job_preset(const sc_job *job);
-/** @return whether sc_job.volume names the built-in phantom, and not a file. */
+/** @return whether sc_job.volume.path names the built-in phantom, and not a file. */
 bool sc_job_is_phantom(const char *volume);
 
 /* ---- the table of keys ---- */

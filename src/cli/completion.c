@@ -41,7 +41,7 @@ static sc_status print_bash(const sc_ctx *ctx, const sc_command *commands, FILE 
           "    local options=\n    COMPREPLY=()\n"
           "    if [ \"$COMP_CWORD\" = 1 ] || [ \"$previous\" = help ]; then\n"
           "        local more='--help --version'\n"
-          "        [ \"$previous\" = help ] && more=keys\n"
+          "        [ \"$previous\" = help ] && more='keys cache'\n"
           "        COMPREPLY=($(compgen -W \"",
           stream);
     print_command_names(commands, stream);
@@ -153,7 +153,7 @@ static sc_status print_fish(const sc_ctx *ctx, const sc_command *commands, FILE 
     }
     fputs("complete -c segcast -n '__fish_seen_subcommand_from help' -f -a '", stream);
     print_command_names(commands, stream);
-    fputs(" keys'\n", stream);
+    fputs(" keys cache'\n", stream);
     return SC_OK;
 }
 

@@ -100,7 +100,7 @@ void sc_decide_cover(sc_renderer *r)
         r->cover.covers_all = r->cover.covers_all || r->tissues[id].show == SC_SHOW_INTERIOR;
 }
 
-/* Make what the skip method knows of empty space, from @p masks, which become r->visible.
+/* Make what the skip method knows of empty space, from @p masks, which become r->derived.visible.
  * Collective in r->team. @return SC_ERR_MEMORY; what has been set stays with the renderer. */
 static sc_status find_empty(const sc_ctx *ctx, sc_renderer *r, uint64_t *masks)
 {

@@ -167,8 +167,8 @@ bool sc_gather_ends(const sc_gather *g);
 /* Call @p body for all of [0, count): together, or by the threads of this rank alone. */
 void sc_gather_for(sc_gather *g, size_t count, size_t chunk, sc_range_fn *body);
 /* Follow the rays of all places through what @p scene shows: sets g->hits. @param again the hits
- * are those of g->scene, which shows the same tissues, cut in the same way: directions whose rays
- * pass through the same tissues as then are not traced again. @param first number of the place
+ * are those of g->known.scene, which shows the same tissues, cut in the same way: directions whose
+ * rays pass through the same tissues as then are not traced again. @param first number of the place
  * from which on rays are followed. @param ctx its stage counts the rays of a place; NULL: there is
  * none. */
 void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, bool again,

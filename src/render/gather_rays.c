@@ -243,8 +243,8 @@ static void follow_volley(sc_gather *g, const sc_gather_march *march, int i, vol
     v->count = 0;
 }
 
-/* Trace the rays of direction g->direction of places [begin, end) from g->first on: an sc_range_fn
- * on a gather. */
+/* Trace the rays of direction g->turn.direction of places [begin, end) from g->turn.first on: an
+ * sc_range_fn on a gather. */
 static void trace(void *user, size_t begin, size_t end, int thread)
 {
     sc_gather *g = user;

@@ -96,7 +96,7 @@ static void mark_bricks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Set r->backdrop.distances. Codes of which a sample may round to a place above 0 are seen; a
+/* Set r->grey.backdrop.distances. Codes of which a sample may round to a place above 0 are seen; a
  * quarter of a step and a share of a code are more than what rounding adds to a sample. */
 static sc_status find_bricks(const sc_ctx *ctx, sc_renderer *r)
 {

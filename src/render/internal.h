@@ -65,7 +65,7 @@ typedef struct sc_block {
 
 enum {
     SC_COVER_SIDE = 512 /* at most this many squares along a side of the map */,
-    SC_COVER_SHIFT = 2 /* squares have 2^3 pixels, or more if they would be too many */
+    SC_COVER_SHIFT = 2 /* squares have an edge of 2^2 pixels, or more if they would be too many */
 };
 /* Which pixels of a view can show anything, and not nearer than where: a map of squares of pixels,
  * with one more row and column of squares on every side of the view. */
@@ -101,7 +101,7 @@ typedef struct sc_derived {
     bool shows_inner;            /* surfaces between two tissues can be seen */
 } sc_derived;
 
-/* Where anything can be visible; owned, but for the hull, which the team holds. */
+/* Where anything can be visible; the team holds both arrays. */
 typedef struct sc_bounds {
     sc_block *blocks; /* [block_count] */
     size_t block_count;
@@ -156,7 +156,7 @@ typedef struct sc_behind {
     uint8_t empty[4];  /* the background as a pixel, sRGB, or as one of alpha 0 */
 } sc_behind;
 
-/* The memory of each thread; owned, unless the settings have a lender. */
+/* Memory in which threads draw; owned, but pixels may be those of settings.lender. */
 typedef struct sc_thread_room {
     sc_render_stats *stats;       /* [threads], of the present frame */
     sc_render_span *spans;        /* [threads] */
@@ -248,12 +248,13 @@ bool sc_make_ray_from(const sc_lens *lens, const sc_line *line, sc_ray *ray);
  * singular. */
 sc_status sc_fill_grey(const sc_ctx *ctx, sc_renderer *r);
 /* Derive from the grey volume what its backdrop is drawn from, if any frame shows one: sets
- * r->backdrop, but for what depends on the view. Collective in r->team. @return SC_ERR_MEMORY. */
+ * r->grey.backdrop, but for what depends on the view. Collective in r->team. @return SC_ERR_MEMORY.
+ */
 sc_status sc_find_backdrop(const sc_ctx *ctx, sc_renderer *r);
-/* Set what of the grey volume the pictures of a scene show: in r->march, and r->grey_behind. */
+/* Set what of the grey volume the pictures of a scene show: in r->march, and r->grey.is_behind. */
 void sc_set_grey(sc_renderer *r, const sc_scene *scene);
 /* Put the grey volume, a slice of it or the backdrop, behind what the rays of a view bring back, if
- * r->grey_behind. @param aims, light [count] of the rays. */
+ * r->grey.is_behind. @param aims, light [count] of the rays. */
 void sc_put_grey_behind(const sc_lens *lens, const sc_aim *aims, size_t count, sc_radiance *light);
 /* Is anything seen behind the tissues, in any pixel of the present view? */
 static inline bool sc_shows_behind(const sc_renderer *r)
@@ -310,7 +311,7 @@ typedef struct sc_part {
     bool is_shown;
     sc_scene scene; /* with the camera as it stands to the tissues where they are in the volume */
     sc_lens lens;
-    sc_cover cover; /* a copy of renderer->last_cover */
+    sc_cover cover; /* a copy of renderer->cover.map */
 } sc_part;
 
 /* The parts of the tissues. Owns what its pointers point to, unless they say otherwise. */
@@ -339,7 +340,7 @@ void sc_set_colors(sc_renderer *r, const float (*colors)[3]);
 /* Set the clip sets of r->tissues: sets that are the same in the scene become one, so that seams of
  * tissues which the same planes cut are smooth even if others cut them in other frames. */
 void sc_set_clip_sets(sc_renderer *r, const sc_scene *scene);
-/* @return bytes of memory that the rank has for itself because of them. */
+/* @return bytes of memory that the rank has for itself because of the parts. */
 uint64_t sc_parts_bytes(const sc_renderer *r);
 /* Set all parts up for a view, for which @p r has been set up, if any is moved: what of r->parts
  * depends on the view. */
@@ -357,7 +358,7 @@ void sc_march_rays(const sc_renderer *r, const sc_ray *rays, size_t count, sc_ra
                    sc_radiance *white, sc_march_counters *counters);
 /* The same for rays of a view whose parts are apart: what a ray meets in them is blended in its
  * order along the ray. @param aims [count] of the rays, at most SC_APART_BATCH. @param lines NULL;
- * or [count], in place of aims: through r->traced. @param thread whose room is used. */
+ * or [count], in place of aims: through r->light.traced. @param thread whose room is used. */
 void sc_march_apart(const sc_renderer *r, const sc_aim *aims, const sc_line *lines, size_t count,
                     int thread, sc_radiance *out, sc_march_counters *counters);
 
@@ -370,13 +371,13 @@ static inline bool sc_fades_away(const sc_renderer *r)
 /* Set r->tissues and r->looks from @p tissues, and for each label (dense id) what of it is shown in
  * @p show and, if anything, its opacity in @p opacity, else 0. Background is never shown. */
 void sc_fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show, float *opacity);
-/* Set the sphere around the volume (middle_mm, radius_mm) and r->box, the box that rays are
+/* Set the sphere around the volume and the box that rays are
  * marched within: for SC_SKIP_NONE the whole volume, else the bounding box of what is visible.
  * That is a voxel wider than the last cell that matters, so that it ends within none of these.
  * r->tissues has been filled. */
 void sc_fill_boxes(sc_renderer *r);
-/* Set r->covers_all: true if the map of pixels that can show anything must not be used. The map
- * holds all pixels behind which the masks mark something: a boundary, if boundaries are shown,
+/* Set r->cover.covers_all: true if the map of pixels that can show anything must not be used. The
+ * map holds all pixels behind which the masks mark something: a boundary, if boundaries are shown,
  * for every visible tissue ends somewhere. It must not be used for tissues that show only their
  * interior, because a cut face may show a part of them that is not marked; nor for SC_SKIP_NONE,
  * which uses nothing that preprocessing has found. */
@@ -386,7 +387,7 @@ void sc_decide_cover(sc_renderer *r);
  * shown. Collective in r->team. @return SC_ERR_MEMORY; what has been set stays with the renderer.
  */
 sc_status sc_find_visible(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show);
-/* Set r->last_cover to the map of a view, unless it is that already. */
+/* Set r->cover.map to the map of a view, unless it is that already. */
 void sc_cover_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport);
 
 /* Alpha of one crossing or sample of an opacity, 0 to 1. Opacity is given per crossing of a
@@ -399,7 +400,7 @@ static inline float sc_alpha_of(const sc_render_settings *s, double opacity)
 }
 
 /* Find what each group of tissues that fade alike adds to the occlusion: sets r->fades, from
- * r->looks and r->occlusion. Collective in r->team. @return SC_ERR_MEMORY. */
+ * r->looks and r->derived.occlusion. Collective in r->team. @return SC_ERR_MEMORY. */
 sc_status sc_find_fades(const sc_ctx *ctx, sc_renderer *r);
 /* Set what of the tissues a scene says: how far they have faded, their colours, what cuts them. */
 void sc_begin_tissues(sc_renderer *r, const sc_scene *scene);
@@ -410,15 +411,15 @@ void sc_begin_scene(sc_renderer *r, const sc_scene *scene, int height_px);
 /* Set what of r->tissues, of the march and of the occlusion depends on how far tissues have faded.
  * @param factors as of sc_scene.fades. */
 void sc_set_fades(sc_renderer *r, const float *factors);
-/* @return bytes of memory that the rank has for itself because of them. */
+/* @return bytes of memory that the rank has for itself because of the fades. */
 uint64_t sc_fades_bytes(const sc_renderer *r);
 
-/* Find the blocks that hold something visible, from r->visible: sets r->blocks and r->block_count.
- * Collective in r->team. @return SC_ERR_MEMORY. */
+/* Find the blocks that hold something visible, from r->derived.visible: sets r->bounds.blocks and
+ * r->bounds.block_count. Collective in r->team. @return SC_ERR_MEMORY. */
 sc_status sc_find_blocks(const sc_ctx *ctx, sc_renderer *r);
-/* Make the map of a view from r->blocks; all of it is set, to level 1 of no known distance, where
- * r->covers_all. @param squares
- * room for it: [SC_COVER_SIDE][SC_COVER_SIDE], borrowed by the map. */
+/* Make the map of a view from r->bounds.blocks; all of it is set, to level 1 of no known distance,
+ * where r->cover.covers_all. @param squares room for it: [SC_COVER_SIDE][SC_COVER_SIDE], borrowed
+ * by the map. */
 void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
                    const sc_viewport *viewport, uint8_t *squares);
 

@@ -14,7 +14,7 @@
 
 #include "tile.h"
 
-/* Make the numbers by which paths are chosen, if there are any: sets r->path_numbers. @return
+/* Make the numbers by which paths are chosen, if there are any: sets r->light.path_numbers. @return
  * SC_ERR_MEMORY. */
 sc_status sc_path_numbers_make(const sc_ctx *ctx, sc_renderer *r);
 /* @return the bytes of them. */

@@ -64,7 +64,8 @@ static void fill_march(sc_renderer *r)
     }
 }
 
-/* Set r->hull_box to the bounding box of r->hull; it is inside out if there are no points. */
+/* Set r->bounds.hull_box to the bounding box of r->bounds.hull; it is inside out if there are no
+ * points. */
 static void measure_hull(sc_renderer *r)
 {
     sc_vec3 low = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
@@ -116,8 +117,9 @@ static sc_status find_hull_and_visible(const sc_ctx *ctx, sc_renderer *r, const 
 }
 
 /* Derive from the volume what the march needs and what does not change from frame to frame, as far
- * as it is not stored: masks (r->visible), what follows from them (distances, cells, blocks), the
- * hull with its box, which is that of the visible voxels for either surface, and the occlusion.
+ * as it is not stored: masks (r->derived.visible), what follows from them (distances, cells,
+ * blocks), the hull with its box, which is that of the visible voxels for either surface, and the
+ * occlusion.
  * @param show what of each label is shown. @param opacity of each label, as of sc_occlusion_build.
  * Collective in r->team. @return SC_ERR_MEMORY; what has been set stays with the renderer. */
 static sc_status derive(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show,

@@ -12,7 +12,7 @@ typedef struct sc_frame {
     const sc_viewport *viewport;
     sc_image *image;
     sc_lens lens;
-    sc_cover cover;         /* a copy of renderer->last_cover */
+    sc_cover cover;         /* a copy of renderer->cover.map */
     sc_pixel_state nothing; /* what a pixel without a ray has seen */
     int tiles_x;            /* tiles in a row of tiles */
     int column0, column1;   /* columns [column0, column1) of the viewport are to be drawn */
@@ -65,7 +65,8 @@ float sc_cover_of(const sc_renderer *r, const sc_radiance *light);
 
 /* ---- aperture.c ---- */
 
-/* Make the samples of a renderer whose scenes have apertures: sets r->lens_samples and r->blurred.
+/* Make the samples of a renderer whose scenes have apertures: sets r->room.lens_samples and
+ * r->room.blurred.
  * @return SC_ERR_MEMORY. */
 sc_status sc_lens_samples_make(const sc_ctx *ctx, sc_renderer *r);
 /* Does light come by paths in the present view, whose scene is @p scene? */

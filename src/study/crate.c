@@ -118,7 +118,8 @@ static const char *licence_of(const char *author)
     return found;
 }
 
-/* The licence: a reference to an entity if it has an address, else words. */
+/* The licence: a reference to an entity if it is an address, or looks like an identifier of SPDX: a
+ * word with a hyphen. Else words. */
 static json_t *licence_json(crate_draft *d)
 {
     const char *licence = licence_of(d->crate->author);

@@ -17,8 +17,9 @@ void sc_extent(const sc_vec3 *points, size_t count, sc_vec3 direction, double *l
  * divided by its height. */
 void sc_frame_orbit(sc_orbit *orbit, const sc_sight *sights, int sight_count, const sc_vec3 *points,
                     size_t count, double aspect, double *half_height);
-/* @return half the height (see sc_camera) of a perspective picture that holds all points in all
- * sights, seen from @p distance_mm off @p target_mm. They all lie before the camera. */
+/* @return sc_camera.half_height, with a margin of 5 %, of a perspective picture that holds all
+ * points in all sights, seen from @p distance_mm off @p target_mm. They all lie before the camera.
+ */
 double sc_fit_height(const sc_sight *sights, int sight_count, sc_vec3 target_mm, double distance_mm,
                      const sc_vec3 *points, size_t count, double aspect);
 

@@ -175,7 +175,7 @@ void sc_run_watch(void *user, const sc_stage_view *view);
 void sc_run_fill_phases(sc_run *run, const sc_farm_times *times);
 /* Write status.json for the last time, with the state that belongs to @p outcome. */
 sc_status sc_run_write_state(sc_run *run, sc_status outcome);
-/* Before the first frame: choose run->id, and put the run into stats.json, so that a later one
+/* Before the first frame: choose run->root.id, and put the run into stats.json, so that a later one
  * knows of it even if this one is killed. Nothing is written if nothing is to be drawn. Collective.
  */
 sc_status sc_run_begin_records(sc_run *run);

@@ -215,7 +215,8 @@ static sc_status end_of_budget(const director *d)
     return without ? SC_ERR_INCOMPLETE : SC_OK;
 }
 
-/* Choose what all ranks do next; the outcome is set when nothing is left. On rank 0. */
+/* @return what all ranks do next; cell -1, with d->outcome, when nothing is left to measure, the
+ * budget is used up, or a signal or the deadline ends the study. On rank 0. */
 static step choose(director *d)
 {
     const step end = {.cell = -1};

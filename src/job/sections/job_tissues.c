@@ -189,8 +189,8 @@ static sc_status read_rule(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     return status;
 }
 
-/* Read a rule for each tissue of the map into job->rules, in the order of the file. @p value is the
- * whole sc_job. @return the first mistake; all are logged. */
+/* Read a rule for each tissue of the map into job->tissues.rules, in the order of the file. @p
+ * value is the whole sc_job. @return the first mistake; all are logged. */
 static sc_status read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                               void *value)
 {

@@ -231,6 +231,7 @@ static sc_status read_path(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     return status;
 }
 
+/* Append the path of the volume, or a list of those of the phases. */
 static sc_status write_path(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     const sc_job *job = value;

@@ -156,8 +156,8 @@ const sc_value_type sc_type_merged_tissues = {
 
 static const char *const overlap_words[] = {"smaller", "order"}; /* as sc_overlap */
 
-/* Add a name of @p length bytes to job->overlap_names, of which *used are used. @return whether it
- * is one, and there is room. */
+/* Add a name of @p length bytes to job->volume.overlap_names, of which *used are used. @return
+ * whether it is one, and there is room. */
 static bool add_overlap_name(sc_job *job, const char *name, size_t length, size_t *used)
 {
     if (!length || memchr(name, '\n', length) ||
@@ -193,7 +193,7 @@ static bool read_overlap_text(sc_job *job, const char *text, size_t *used)
     }
 }
 
-/* Read a word, or a list of names into job->overlap_names. */
+/* Read a word, or a list of names into job->volume.overlap_names. */
 static sc_status read_overlap(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                               void *value)
 {

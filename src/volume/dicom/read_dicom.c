@@ -236,7 +236,8 @@ static uint32_t first_of_slice(const volume_file *f, int slice)
     return low;
 }
 
-/* Unpack the frame of labels in f->packed to @p out. */
+/* Unpack the frame of labels in f->packed, of 8 or 16 bits, to @p out; the label of the background
+ * becomes 0. */
 static void unpack_labels(const volume_file *f, uint16_t *out)
 {
     for (size_t i = 0; i < f->pixels; i++) {
