@@ -170,7 +170,7 @@ bool sc_gather_step(sc_gather *gather);
 /* @return whether it is so far behind that this rank should not draw. */
 bool sc_gather_is_behind(const sc_gather *gather);
 
-/* ---- encoders.c: what rank 0 knows of the encoders of gathered GOPs ---- */
+/* ---- encoder_states.c: what rank 0 knows of the encoders of gathered GOPs ---- */
 
 typedef struct sc_encoders {
     sc_comm *comm;

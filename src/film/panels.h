@@ -27,7 +27,7 @@ struct sc_compare {
 sc_status sc_join_labels(const sc_ctx *ctx, sc_panel *subjects, int count, sc_joined *out);
 void sc_joined_clear(sc_joined *joined);
 
-/* ---- place.c ---- */
+/* ---- subject_places.c ---- */
 
 /* Move the volumes of the subjects as compare.align says: only their views change. @param joined
  * [count] as of sc_join_labels. @return SC_ERR_MEMORY. */

@@ -102,7 +102,7 @@ sc_status sc_kept_find(const sc_app *app, const sc_edited *edited, char **path, 
  * @return whether it is kept now, on all ranks. */
 bool sc_kept_add(const sc_app *app, const char *path, sc_preparation *preparation, double cpu_s);
 
-/* ---- map.c ---- */
+/* ---- prepared_file.c ---- */
 
 /* Map the prepared file @p path on every rank. It is checked by the first rank of a node; the
  * others take its word if they have mapped the same file, and check by themselves if they have not,

@@ -78,11 +78,11 @@ typedef struct sc_gather_targets {
 } sc_gather_targets;
 
 /* The rays that are traced now. */
-typedef struct sc_gather_turn {
+typedef struct sc_gather_batch {
     const bool *absent; /* [label_count] of their direction; borrowed */
     size_t first;       /* place from which on they are traced */
     int direction;
-} sc_gather_turn;
+} sc_gather_batch;
 
 /* Light of each place, linear: [count] of each. */
 typedef struct sc_gather_light {
@@ -120,7 +120,7 @@ typedef struct sc_gather {
     sc_gather_targets targets;
     sc_gather_march march; /* borrows them */
     sc_gather_fn *follow;
-    sc_gather_turn turn;
+    sc_gather_batch batch;
     int32_t *hits[SC_GATHER_RAYS]; /* [count] the place that the ray of each meets, FREE or LOST */
     sc_gather_light light;
     sc_gather_known known;

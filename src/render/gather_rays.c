@@ -139,7 +139,7 @@ static void mark_occupied(void *user, size_t begin, size_t end, int thread)
         for (uint32_t i = first; i < last; i++) {
             const uint16_t label = g->targets.parts[i].label;
 
-            if (!g->turn.absent[label])
+            if (!g->batch.absent[label])
                 mask |= g->targets.parts[i].mask & (planes ? left_of(g, label, keeps) : ~0ull);
         }
         sc_brick_at(bricks, brick, at);
@@ -243,7 +243,7 @@ static void follow_volley(sc_gather *g, const sc_gather_march *march, int i, vol
     v->count = 0;
 }
 
-/* Trace the rays of direction g->turn.direction of places [begin, end) from g->turn.first on: an
+/* Trace the rays of direction g->batch.direction of places [begin, end) from g->batch.first on: an
  * sc_range_fn on a gather. */
 static void trace(void *user, size_t begin, size_t end, int thread)
 {
@@ -252,25 +252,25 @@ static void trace(void *user, size_t begin, size_t end, int thread)
     volley v;
 
     v.count = 0;
-    for (size_t at = g->turn.first + begin; at < g->turn.first + end; at++) {
+    for (size_t at = g->batch.first + begin; at < g->batch.first + end; at++) {
         const sc_gather_place *p = &g->places[at];
 
         if ((at < g->floor.first && !r->tissues[p->tissue].show) ||
-            (g->turn.direction >= SC_GATHER_DIRECTIONS &&
-             sc_dot(g->directions[p->part][g->turn.direction], p->normal) <= 0)) {
-            g->hits[g->turn.direction][at] = SC_GATHER_FREE;
+            (g->batch.direction >= SC_GATHER_DIRECTIONS &&
+             sc_dot(g->directions[p->part][g->batch.direction], p->normal) <= 0)) {
+            g->hits[g->batch.direction][at] = SC_GATHER_FREE;
             continue;
         }
         v.from[v.count] = (uint32_t)at;
-        sc_gather_direction(g, p, g->turn.direction, v.directions[v.count]);
+        sc_gather_direction(g, p, g->batch.direction, v.directions[v.count]);
         make_ray(g, p, v.directions[v.count], &v.rays[v.count]);
         if (at >= g->floor.first)
             enter(g, &v.rays[v.count]);
         v.count++;
         if (v.count == SC_RAY_BATCH)
-            follow_volley(g, &g->march, g->turn.direction, &v);
+            follow_volley(g, &g->march, g->batch.direction, &v);
     }
-    follow_volley(g, &g->march, g->turn.direction, &v);
+    follow_volley(g, &g->march, g->batch.direction, &v);
 }
 
 /* Set which tissues the rays of each direction do not meet: those that are hidden, and of those
@@ -344,23 +344,23 @@ void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, boo
     const size_t labels = (size_t)r->volume->label_count;
     const bool *marked = NULL; /* what is met now */
 
-    g->turn.first = first;
+    g->batch.first = first;
     set_absent(g);
     for (size_t id = 0; id < labels; id++)
         g->targets.cuts[id] = scene->clip_sets[r->tissues[id].clip_set];
-    for (g->turn.direction = 0; g->turn.direction < sc_gather_rays(g) && !sc_gather_ends(g);
-         g->turn.direction++) {
-        const size_t row = (size_t)g->turn.direction * labels;
+    for (g->batch.direction = 0; g->batch.direction < sc_gather_rays(g) && !sc_gather_ends(g);
+         g->batch.direction++) {
+        const size_t row = (size_t)g->batch.direction * labels;
         const bool *absent = g->targets.absent + row;
 
-        if (!again || (g->known.lamp_moves && g->turn.direction >= SC_GATHER_DIRECTIONS) ||
+        if (!again || (g->known.lamp_moves && g->batch.direction >= SC_GATHER_DIRECTIONS) ||
             memcmp(absent, g->targets.absent_before + row, labels) != 0) {
             if (!marked || memcmp(absent, marked, labels) != 0) {
-                g->turn.absent = absent;
+                g->batch.absent = absent;
                 sc_gather_for(g, sc_brick_count(r->volume->bricks), 4096, mark_occupied);
             }
             marked = absent;
-            sc_gather_for(g, g->count - g->turn.first, 4096, trace);
+            sc_gather_for(g, g->count - g->batch.first, 4096, trace);
         }
         if (ctx)
             sc_stage_add(ctx, 1);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Which reader a file needs, found by its first bytes, and what to do with files of other kinds. */
-#include "packed_file.h"
+#include "compressed_file.h"
 #include "source.h"
 
 #include <errno.h>
@@ -22,7 +22,7 @@ typedef struct head {
 static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
 {
     struct stat info;
-    SC_OWN(sc_packed_close) sc_packed_file *file = NULL;
+    SC_OWN(sc_compressed_close) sc_compressed_file *file = NULL;
 
     if (stat(path, &info))
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
@@ -33,10 +33,10 @@ static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
                        path);
     if (info.st_size == 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: is empty, expected a volume", path);
-    SC_PASS(sc_packed_open(ctx, path, 0, SC_PACKING_GZIP, &file));
-    *out = (head){.compressed = sc_packed_is_packed(file)};
-    out->count = sc_packed_read(file, out->bytes, HEAD_BYTES);
-    return sc_packed_check(ctx, file);
+    SC_PASS(sc_compressed_open(ctx, path, 0, SC_COMPRESSION_GZIP, &file));
+    *out = (head){.compressed = sc_file_is_compressed(file)};
+    out->count = sc_compressed_read(file, out->bytes, HEAD_BYTES);
+    return sc_compressed_check(ctx, file);
 }
 
 /* Bytes by which a kind of files is known. */

@@ -25,21 +25,21 @@ size_t sc_voxel_type_bytes(sc_voxel_type type)
 static sc_status open_file(sc_voxel_stream *s)
 {
     const sc_source *source = s->source;
-    const sc_packing packing = source->encoding == SC_ENCODING_GZIP   ? SC_PACKING_GZIP
-                               : source->encoding == SC_ENCODING_ZLIB ? SC_PACKING_ZLIB
-                                                                      : SC_PACKING_NONE;
+    const sc_compression packing = source->encoding == SC_ENCODING_GZIP   ? SC_COMPRESSION_GZIP
+                                   : source->encoding == SC_ENCODING_ZLIB ? SC_COMPRESSION_ZLIB
+                                                                          : SC_COMPRESSION_NONE;
     const int copy = source->unpacked ? dup(fileno(source->unpacked)) : -1;
     FILE *file = copy >= 0 ? fdopen(copy, "rb") : NULL;
 
     if (file)
-        SC_PASS(
-            sc_packed_begin(s->ctx, source->file, file, source->offset_bytes, packing, &s->file));
+        SC_PASS(sc_compressed_begin(s->ctx, source->file, file, source->offset_bytes, packing,
+                                    &s->file));
     else if (copy >= 0)
         close(copy);
     if (!file)
-        SC_PASS(sc_packed_open(s->ctx, source->file, source->offset_bytes, packing, &s->file));
-    if (packing != SC_PACKING_NONE)
-        (void)sc_packed_skip(s->file, source->skip_bytes); /* reading notices an error */
+        SC_PASS(sc_compressed_open(s->ctx, source->file, source->offset_bytes, packing, &s->file));
+    if (packing != SC_COMPRESSION_NONE)
+        (void)sc_compressed_skip(s->file, source->skip_bytes); /* reading notices an error */
     return SC_OK;
 }
 
@@ -120,7 +120,7 @@ void sc_stream_close(sc_voxel_stream *s)
 {
     if (!s)
         return;
-    sc_packed_close(&s->file);
+    sc_compressed_close(&s->file);
     sc_free(s->slab);
     sc_free(s->batch);
     sc_free(s->ahead);
@@ -149,12 +149,12 @@ static void phase_note(const sc_source *source, size_t bytes, char *text, size_t
 static sc_status check_bytes(const sc_voxel_stream *s, size_t got, size_t bytes)
 {
     const size_t each = sc_voxel_type_bytes(s->source->type);
-    const char *reason = sc_packed_reason(s->file);
+    const char *reason = sc_compressed_reason(s->file);
     char phases[64];
 
     if (got == bytes)
         return SC_OK;
-    SC_PASS(sc_packed_check(s->ctx, s->file));
+    SC_PASS(sc_compressed_check(s->ctx, s->file));
     phase_note(s->source, s->position * each + got, phases, sizeof phases);
     return sc_fail(s->ctx, SC_ERR_DATA, "%s: ends after %zu bytes of voxels%s, expected %zu%s%s",
                    s->source->file, s->position * each + got, phases,
@@ -164,7 +164,7 @@ static sc_status check_bytes(const sc_voxel_stream *s, size_t got, size_t bytes)
 /* Read the next @p bytes bytes, unpacked, to @p to. */
 static sc_status next_bytes(sc_voxel_stream *s, unsigned char *to, size_t bytes)
 {
-    return check_bytes(s, sc_packed_read(s->file, to, bytes), bytes);
+    return check_bytes(s, sc_compressed_read(s->file, to, bytes), bytes);
 }
 
 /* Read on behind the last voxel of a file that is packed, so that the check sum is verified if the
@@ -177,16 +177,16 @@ static sc_status read_rest(sc_voxel_stream *s)
     uint64_t rest;
 
     for (int i = 0; i < REST_BLOCKS && got; i++) {
-        got = sc_packed_read(s->file, s->raw, sizeof s->raw);
+        got = sc_compressed_read(s->file, s->raw, sizeof s->raw);
         more += got;
     }
-    SC_PASS(sc_packed_check(s->ctx, s->file));
-    if (sc_packed_reason(s->file))
+    SC_PASS(sc_compressed_check(s->ctx, s->file));
+    if (sc_compressed_reason(s->file))
         return sc_fail(s->ctx, SC_ERR_DATA, "%s: the compressed data are damaged: %s",
-                       s->source->file, sc_packed_reason(s->file));
+                       s->source->file, sc_compressed_reason(s->file));
     if (more && !is_gzip)
         sc_warn(s->ctx, "%s: bytes behind the last voxel are ignored", s->source->file);
-    rest = is_gzip && sc_packed_has_ended(s->file) ? sc_packed_rest(s->file) : 0;
+    rest = is_gzip && sc_compressed_has_ended(s->file) ? sc_compressed_rest(s->file) : 0;
     if (rest)
         sc_warn(s->ctx, "%s: %llu bytes behind the end of the compressed data are ignored",
                 s->source->file, (unsigned long long)rest);
@@ -200,7 +200,7 @@ sc_status sc_stream_finish(sc_voxel_stream *s)
                 "%s: labels were rounded to whole numbers, which the header's slope of %g had "
                 "moved by at most half a step",
                 s->path, s->source->slope);
-    return s->file && sc_packed_is_packed(s->file) ? read_rest(s) : SC_OK;
+    return s->file && sc_file_is_compressed(s->file) ? read_rest(s) : SC_OK;
 }
 
 sc_status sc_stream_stored(sc_voxel_stream *s, size_t count, const void **raw)
@@ -233,7 +233,7 @@ void sc_stream_read_ahead(sc_voxel_stream *s)
         return;
     if (!s->ahead && sc_alloc(&quiet, SC_BATCH_BYTES, 1, &s->ahead) != SC_OK)
         return; /* it is read when it is needed */
-    s->ahead_bytes = sc_packed_read(s->file, s->ahead, bytes);
+    s->ahead_bytes = sc_compressed_read(s->file, s->ahead, bytes);
     s->is_ahead = true;
 }
 
@@ -252,7 +252,7 @@ static sc_status next_batch(sc_voxel_stream *s, const void **raw, size_t *count)
         s->ahead = done;
         s->is_ahead = false;
     } else {
-        got = sc_packed_read(s->file, s->batch, bytes);
+        got = sc_compressed_read(s->file, s->batch, bytes);
     }
     SC_PASS(check_bytes(s, got, bytes));
     *raw = s->batch;

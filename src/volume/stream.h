@@ -4,7 +4,7 @@
 #ifndef SC_VOLUME_STREAM_H
 #define SC_VOLUME_STREAM_H
 
-#include "packed_file.h"
+#include "compressed_file.h"
 #include "source.h"
 
 /* The most bytes of a voxel. */
@@ -14,9 +14,9 @@ struct sc_voxel_stream {
     const sc_ctx *ctx;
     const char *path;
     const sc_source *source;
-    size_t position;      /* voxels delivered so far */
-    sc_packed_file *file; /* of all encodings but SC_ENCODING_LOADED and SC_ENCODING_SLICES */
-    unsigned char *slab;  /* of SC_ENCODING_SLICES: the slices that were read last; owned */
+    size_t position;          /* voxels delivered so far */
+    sc_compressed_file *file; /* of all encodings but SC_ENCODING_LOADED and SC_ENCODING_SLICES */
+    unsigned char *slab;      /* of SC_ENCODING_SLICES: the slices that were read last; owned */
     size_t slab_begin, slab_voxels; /* which voxels these are */
     unsigned char
         *batch; /* [SC_BATCH_BYTES], of sc_stream_next_raw; NULL until it is called; owned */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What a DICOM file is, and whether its data set is whole: one pass over it without a library. */
 #include "bytes.h"
+#include "compressed_file.h"
 #include "dicom/dicom.h"
-#include "packed_file.h"
 
 #include <errno.h>
 
@@ -31,8 +31,8 @@ typedef struct reader {
     const char *path;
     FILE *file;
     coding coding;
-    sc_packed_file *deflated; /* NULL: it is not */
-    uint64_t at, end;         /* place in the data set; its bytes, NO_END: not known */
+    sc_compressed_file *deflated; /* NULL: it is not */
+    uint64_t at, end;             /* place in the data set; its bytes, NO_END: not known */
     uint64_t elements;
 } reader;
 
@@ -230,8 +230,8 @@ static uint64_t take(reader *r, unsigned char *out, uint64_t count)
     uint64_t done = 0;
 
     if (r->deflated) {
-        done = out ? sc_packed_read(r->deflated, out, (size_t)count)
-                   : sc_packed_skip(r->deflated, count);
+        done = out ? sc_compressed_read(r->deflated, out, (size_t)count)
+                   : sc_compressed_skip(r->deflated, count);
     } else {
         const uint64_t left = r->end - r->at, some = count < left ? count : left;
 
@@ -454,7 +454,7 @@ static sc_status walk(reader *r)
 static sc_status check_data_set(reader *r)
 {
     const off_t begin = ftello(r->file);
-    SC_OWN(sc_packed_close) sc_packed_file *deflated = NULL;
+    SC_OWN(sc_compressed_close) sc_compressed_file *deflated = NULL;
 
     r->end = NO_END;
     if (!r->coding.is_deflated) {
@@ -464,10 +464,11 @@ static sc_status check_data_set(reader *r)
             return sc_fail(r->ctx, SC_ERR_WRITE, "%s: %s", r->path, strerror(errno));
         return walk(r);
     }
-    SC_PASS(sc_packed_open(r->ctx, r->path, (uint64_t)begin, SC_PACKING_DEFLATE, &deflated));
+    SC_PASS(
+        sc_compressed_open(r->ctx, r->path, (uint64_t)begin, SC_COMPRESSION_DEFLATE, &deflated));
     r->deflated = deflated;
     SC_PASS(walk(r));
-    if (!sc_packed_has_ended(deflated))
+    if (!sc_compressed_has_ended(deflated))
         return sc_fail(
             r->ctx, SC_ERR_DATA,
             "%s: its deflated data set cannot be unpacked to its end; the file is damaged "

@@ -3,7 +3,7 @@
  * its header must not make segcast read another file of the machine, wait on standard input or
  * open a device: a name, also an absolute one or one with "..", leads to a regular file in the
  * folder of the header or below it. */
-#include "packed_file.h"
+#include "compressed_file.h"
 #include "source.h"
 
 #include <errno.h>
@@ -15,11 +15,11 @@ enum { PATTERN_WIDTH_MAX = 100 };
 sc_status sc_read_header_bytes(const sc_ctx *ctx, const char *path, const char *format, void *out,
                                size_t bytes, size_t least, size_t *count)
 {
-    SC_OWN(sc_packed_close) sc_packed_file *file = NULL;
+    SC_OWN(sc_compressed_close) sc_compressed_file *file = NULL;
 
-    SC_PASS(sc_packed_open(ctx, path, 0, SC_PACKING_GZIP, &file));
-    *count = sc_packed_read(file, out, bytes);
-    SC_PASS(sc_packed_check(ctx, file));
+    SC_PASS(sc_compressed_open(ctx, path, 0, SC_COMPRESSION_GZIP, &file));
+    *count = sc_compressed_read(file, out, bytes);
+    SC_PASS(sc_compressed_check(ctx, file));
     if (*count < least)
         return sc_fail(ctx, SC_ERR_DATA, "%s: ends after %zu bytes, expected a header of %zu (%s)",
                        path, *count, least, format);

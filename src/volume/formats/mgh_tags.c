@@ -4,7 +4,7 @@
  * description of its formats (MghFormat, LabelsClutsAnnotationFiles), and files that mri_convert
  * and recon-all of FreeSurfer 7 have written. */
 #include "bytes.h"
-#include "packed_file.h"
+#include "compressed_file.h"
 #include "tables/label_table.h"
 
 enum {
@@ -23,7 +23,7 @@ enum {
 typedef struct tag_reading {
     const sc_ctx *ctx;
     const char *path;
-    sc_packed_file *file;
+    sc_compressed_file *file;
     uint64_t left; /* bytes that may still be unpacked */
     sc_name_count names;
     sc_label_table *table;
@@ -33,7 +33,7 @@ typedef struct tag_reading {
  * which the reader of the voxels notices. */
 static bool read_bytes(tag_reading *r, void *out, size_t bytes)
 {
-    if (bytes > r->left || sc_packed_read(r->file, out, bytes) != bytes)
+    if (bytes > r->left || sc_compressed_read(r->file, out, bytes) != bytes)
         return false;
     r->left -= bytes;
     return true;
@@ -42,7 +42,7 @@ static bool read_bytes(tag_reading *r, void *out, size_t bytes)
 static bool skip_bytes(tag_reading *r, int64_t bytes)
 {
     if (bytes < 0 || (uint64_t)bytes > r->left ||
-        sc_packed_skip(r->file, (uint64_t)bytes) != (uint64_t)bytes)
+        sc_compressed_skip(r->file, (uint64_t)bytes) != (uint64_t)bytes)
         return false;
     r->left -= (uint64_t)bytes;
     return true;
@@ -169,14 +169,14 @@ static sc_status read_tags(tag_reading *r)
 
 sc_status sc_mgh_labels(const sc_ctx *ctx, const char *path, uint64_t end, sc_label_table *table)
 {
-    SC_OWN(sc_packed_close) sc_packed_file *file = NULL;
+    SC_OWN(sc_compressed_close) sc_compressed_file *file = NULL;
     tag_reading r = {.ctx = ctx, .path = path, .left = SC_TABLE_BYTES_MAX, .table = table};
 
-    SC_PASS(sc_packed_open(ctx, path, 0, SC_PACKING_GZIP, &file));
+    SC_PASS(sc_compressed_open(ctx, path, 0, SC_COMPRESSION_GZIP, &file));
     r.file = file;
-    if (sc_packed_skip(file, end) == end)
+    if (sc_compressed_skip(file, end) == end)
         SC_PASS(read_tags(&r));
-    SC_PASS(sc_packed_check(ctx, file));
+    SC_PASS(sc_compressed_check(ctx, file));
     sc_name_warn(ctx, path, &r.names);
     return SC_OK;
 }

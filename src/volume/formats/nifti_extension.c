@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "bytes.h"
-#include "packed_file.h"
+#include "compressed_file.h"
 #include "tables/label_table.h"
 
 enum { HEAD_BYTES = 8 /* of an extension: its size with this head, and its code */ };
@@ -31,7 +31,7 @@ static sc_status read_table(const sc_ctx *ctx, const char *path, const char *tex
 }
 
 /* Read the extensions one by one until one holds a label table. */
-static sc_status read_extensions(const sc_ctx *ctx, const char *path, sc_packed_file *file,
+static sc_status read_extensions(const sc_ctx *ctx, const char *path, sc_compressed_file *file,
                                  uint64_t left, bool swapped, sc_label_table *table)
 {
     unsigned char head[HEAD_BYTES];
@@ -39,7 +39,7 @@ static sc_status read_extensions(const sc_ctx *ctx, const char *path, sc_packed_
     sc_status status = SC_OK;
 
     while (!found && status == SC_OK && left >= HEAD_BYTES &&
-           sc_packed_read(file, head, HEAD_BYTES) == HEAD_BYTES) {
+           sc_compressed_read(file, head, HEAD_BYTES) == HEAD_BYTES) {
         const int64_t size = (int32_t)sc_number_at(head, 4, swapped == SC_IS_LITTLE_ENDIAN);
         size_t count;
         void *text;
@@ -54,7 +54,7 @@ static sc_status read_extensions(const sc_ctx *ctx, const char *path, sc_packed_
         }
         left -= (uint64_t)size;
         SC_PASS(sc_zalloc(ctx, (size_t)size - HEAD_BYTES + 1, 1, &text));
-        count = sc_packed_read(file, text, (size_t)size - HEAD_BYTES);
+        count = sc_compressed_read(file, text, (size_t)size - HEAD_BYTES);
         status = read_table(ctx, path, text, count, table, &found);
         sc_free(text);
     }
@@ -65,14 +65,14 @@ sc_status sc_nifti_labels(const sc_ctx *ctx, const char *path, uint64_t begin, u
                           bool swapped, sc_label_table *table)
 {
     unsigned char extender[4] = {0};
-    SC_OWN(sc_packed_close) sc_packed_file *file = NULL;
+    SC_OWN(sc_compressed_close) sc_compressed_file *file = NULL;
 
     if (end < begin + sizeof extender)
         return SC_OK;
-    SC_PASS(sc_packed_open(ctx, path, 0, SC_PACKING_GZIP, &file));
+    SC_PASS(sc_compressed_open(ctx, path, 0, SC_COMPRESSION_GZIP, &file));
     /* The first of four bytes says whether there are extensions. */
-    if (sc_packed_skip(file, begin) == begin &&
-        sc_packed_read(file, extender, sizeof extender) == sizeof extender && extender[0])
+    if (sc_compressed_skip(file, begin) == begin &&
+        sc_compressed_read(file, extender, sizeof extender) == sizeof extender && extender[0])
         SC_PASS(read_extensions(ctx, path, file, end - begin - sizeof extender, swapped, table));
-    return sc_packed_check(ctx, file);
+    return sc_compressed_check(ctx, file);
 }
