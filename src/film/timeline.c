@@ -76,7 +76,8 @@ static void warn_of_nothing(const sc_app *app, const sc_panel *panel)
             *where ? ": " : "", panel->shot ? " in this shot; its" : "; the");
 }
 
-/* Find the box around the tissue that the camera is focused on, if it is on one. */
+/* Find the box around the tissue that the camera is focused on, if it is on one; without voxels
+ * any box will do. */
 static sc_status find_focus(const sc_app *app, const sc_panel *panel, sc_optics *o)
 {
     const sc_pattern pattern = sc_pattern_of(o->pattern);
@@ -93,7 +94,8 @@ static sc_status find_focus(const sc_app *app, const sc_panel *panel, sc_optics 
                              {s->high[0], s->high[1], s->high[2]}};
 
         if (best == SC_MATCH_NONE || sc_label_match(&v->labels[id], &pattern) != best ||
-            !panel->looks.tissues[id].visible || s->low[0] > s->high[0])
+            !panel->looks.tissues[id].visible ||
+            (s->low[0] > s->high[0] && !app->options.check.fast))
             continue;
         o->tissue = id;
         for (int i = 0; i < 8; i++)

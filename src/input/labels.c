@@ -162,22 +162,27 @@ static sc_status match_labels(const sc_recipe *r, sc_label_source *source, sc_vo
 
 /* ---- tissues without voxels ---- */
 
-/* A visit to a pattern with which a job names tissues. */
-typedef void pattern_fn(void *user, const char *pattern);
-
-/* Visit the patterns of a job without shots, or of one shot. */
-static void each_pattern(const sc_job *job, pattern_fn *visit, void *user)
+sc_status sc_each_pattern(const sc_job *job, sc_pattern_fn *visit, void *user)
 {
-    for (size_t i = 0; i < job->volume.tissue_count; i++)
-        visit(user, job->volume.tissues[i].pattern);
-    for (size_t i = 0; i < job->tissues.rule_count; i++)
-        visit(user, job->tissues.rules[i].pattern);
-    for (size_t i = 0; i < job->tissues.exception_count; i++)
-        visit(user, job->tissues.exceptions[i].pattern);
-    for (size_t i = 0; i < job->verbs.tissue_count; i++)
-        visit(user, job->verbs.tissues[i].pattern);
-    for (size_t i = 0; i < job->overlay_lists.tissue_count; i++)
-        visit(user, job->overlay_lists.tissues[i].pattern);
+    const sc_tissue_options *t = &job->tissues;
+    const sc_verb_options *v = &job->verbs;
+    const sc_overlay_lists *l = &job->overlay_lists;
+    const sc_optics *o = &job->animation.camera.optics;
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < t->rule_count; i++)
+        (void)sc_goes_on(&status, visit(user, t->rules[i].pattern, t->rules[i].where));
+    if (o->focus == SC_FOCUS_TISSUE)
+        (void)sc_goes_on(&status, visit(user, o->pattern, o->where));
+    for (size_t i = 0; i < t->exception_count; i++)
+        (void)sc_goes_on(&status, visit(user, t->exceptions[i].pattern, t->exceptions[i].where));
+    for (size_t i = 0; i < v->tissue_count; i++)
+        (void)sc_goes_on(&status, visit(user, v->tissues[i].pattern, v->tissues[i].where));
+    for (size_t i = 0; i < l->tissue_count; i++)
+        (void)sc_goes_on(&status, visit(user, l->tissues[i].pattern, l->tissues[i].where));
+    for (size_t i = 0; i < job->film.shot_count; i++)
+        (void)sc_goes_on(&status, sc_each_pattern(&job->film.shots[i].job, visit, user));
+    return status;
 }
 
 /* Which labels of a catalog a job names, though they are not those of the volume. */
@@ -188,9 +193,9 @@ typedef struct search {
     bool *named;              /* [labels of the catalog] */
 } search;
 
-/* A pattern_fn; @p user is a search. A pattern that means tissues with voxels means only these, and
- * one that is the name of a merged tissue means that. */
-static void search_pattern(void *user, const char *text)
+/* An sc_pattern_fn; @p user is a search. A pattern that means tissues with voxels means only these,
+ * and one that is the name of a merged tissue means that. */
+static sc_status search_pattern(void *user, const char *text, const char *where)
 {
     const search *s = user;
     const sc_pattern pattern = sc_pattern_of(text);
@@ -199,16 +204,17 @@ static void search_pattern(void *user, const char *text)
 
     if (pattern.is_all || best == SC_MATCH_NONE ||
         sc_pattern_match(s->volume->labels, s->volume->label_count, &pattern) != SC_MATCH_NONE)
-        return;
+        return SC_OK;
     for (size_t i = 0; i < s->job->volume.tissue_count; i++) {
         sc_label merged = {0};
 
         snprintf(merged.name, sizeof merged.name, "%s", s->job->volume.tissues[i].into);
         if (sc_label_match(&merged, &pattern) != SC_MATCH_NONE)
-            return;
+            return SC_OK;
     }
     for (int id = 1; id < c->label_count; id++)
         s->named[id] = s->named[id] || sc_label_match(&c->labels[id], &pattern) == best;
+    return SC_OK;
 }
 
 /* List the tissues that a table of the volume or of the job names, and that are not among the
@@ -226,9 +232,9 @@ static sc_status find_absent(const sc_app *app, const sc_job *job, const sc_labe
     SC_PASS(sc_volume_add_labels(app->ctx, &catalog, &source->table));
     SC_PASS(SC_ZALLOC(app->ctx, (size_t)catalog.label_count, &named));
     s.named = named;
-    each_pattern(job, search_pattern, &s);
-    for (size_t i = 0; i < job->film.shot_count; i++)
-        each_pattern(&job->film.shots[i].job, search_pattern, &s);
+    for (size_t i = 0; i < job->volume.tissue_count; i++)
+        SC_PASS(search_pattern(&s, job->volume.tissues[i].pattern, ""));
+    SC_PASS(sc_each_pattern(job, search_pattern, &s));
     for (int id = 1; id < catalog.label_count; id++) {
         if (s.named[id] && !sc_volume_label(volume, catalog.labels[id].value))
             SC_PASS(sc_label_table_add(app->ctx, out, &catalog.labels[id]));
@@ -354,29 +360,22 @@ static sc_status name_known(const sc_recipe *r, sc_volume *volume, sc_label_sour
 
 /* ---- of a header ---- */
 
-/* Add a row to @p table if @p pattern is the number of a label. */
-static sc_status add_number(const sc_ctx *ctx, const char *pattern, sc_label_table *table)
+/* The rows of labels that a job names by number. */
+typedef struct numbers {
+    const sc_ctx *ctx;
+    sc_label_table *rows;
+    bool any; /* it names some tissues, by number or by name */
+} numbers;
+
+/* An sc_pattern_fn; @p user is numbers. */
+static sc_status add_number(void *user, const char *pattern, const char *where)
 {
+    numbers *n = user;
     char *end;
     const sc_label row = {.value = strtoll(pattern, &end, 10), .opacity = -1};
 
-    if (end == pattern || *end)
-        return SC_OK;
-    return sc_label_table_add(ctx, table, &row);
-}
-
-/* Add rows for the labels that a job, or a shot, names by number. */
-static sc_status add_numbers(const sc_ctx *ctx, const sc_job *job, sc_label_table *table)
-{
-    for (size_t i = 0; i < job->tissues.rule_count; i++)
-        SC_PASS(add_number(ctx, job->tissues.rules[i].pattern, table));
-    for (size_t i = 0; i < job->tissues.exception_count; i++)
-        SC_PASS(add_number(ctx, job->tissues.exceptions[i].pattern, table));
-    for (size_t i = 0; i < job->verbs.tissue_count; i++)
-        SC_PASS(add_number(ctx, job->verbs.tissues[i].pattern, table));
-    for (size_t i = 0; i < job->volume.tissue_count; i++)
-        SC_PASS(add_number(ctx, job->volume.tissues[i].pattern, table));
-    return SC_OK;
+    n->any = true;
+    return end == pattern || *end ? SC_OK : sc_label_table_add(n->ctx, n->rows, &row);
 }
 
 /* Find the labels of a volume whose voxels were not read, and add them to @p volume: those of its
@@ -386,17 +385,16 @@ static sc_status name_unknown(const sc_recipe *r, sc_volume *volume, sc_label_so
 {
     const sc_app *app = r->app;
     const sc_job *job = r->job;
-    SC_OWN(sc_label_table_clear) sc_label_table numbers = {0};
+    SC_OWN(sc_label_table_clear) sc_label_table rows = {0};
+    numbers n = {app->ctx, &rows, false};
 
     SC_PASS(match_labels(r, source, volume));
-    SC_PASS(add_numbers(app->ctx, job, &numbers));
-    for (size_t i = 0; i < job->film.shot_count; i++)
-        SC_PASS(add_numbers(app->ctx, &job->film.shots[i].job, &numbers));
-    SC_PASS(sc_volume_add_labels(app->ctx, volume, &numbers));
+    for (size_t i = 0; i < job->volume.tissue_count; i++)
+        SC_PASS(add_number(&n, job->volume.tissues[i].pattern, ""));
+    SC_PASS(sc_each_pattern(job, add_number, &n));
+    SC_PASS(sc_volume_add_labels(app->ctx, volume, &rows));
     SC_PASS(sc_volume_add_labels(app->ctx, volume, &source->table));
-    if (job->tissues.rule_count + job->tissues.exception_count + job->verbs.tissue_count +
-            job->film.shot_count >
-        0)
+    if (n.any)
         sc_info(app->ctx,
                 "%s: the voxels were not read (--fast), so that it is not known whether "
                 "the tissues that the job names occur in them",

@@ -50,42 +50,27 @@ sc_status sc_copy_prepared(const sc_ctx *ctx, const sc_prepared *from, sc_volume
     return SC_OK;
 }
 
-/* As sc_check_tissues, of one job, or of one shot, whose rules from the film have been checked. */
-static sc_status check_tissues_of(const sc_ctx *ctx, const sc_job *job, const sc_prepared *view)
-{
-    const sc_optics *o = &job->animation.camera.optics;
-    sc_status status = SC_OK;
+/* The labels among which tissues are looked for. */
+typedef struct tissue_check {
+    sc_ctx ctx;
+    sc_prepared view;
+} tissue_check;
 
-    for (const sc_tissue_rule *r = job->tissues.rules + job->tissues.film_rules,
-                              *end = job->tissues.rules + job->tissues.rule_count;
-         r < end; r++)
-        (void)sc_goes_on(&status, sc_pattern_check(ctx, view, r->pattern, r->where));
-    if (o->focus == SC_FOCUS_TISSUE)
-        (void)sc_goes_on(&status, sc_pattern_check(ctx, view, o->pattern, o->where));
-    for (size_t i = 0; i < job->tissues.exception_count; i++)
-        (void)sc_goes_on(&status, sc_pattern_check(ctx, view, job->tissues.exceptions[i].pattern,
-                                                   job->tissues.exceptions[i].where));
-    for (size_t i = 0; i < job->verbs.tissue_count; i++)
-        (void)sc_goes_on(&status, sc_pattern_check(ctx, view, job->verbs.tissues[i].pattern,
-                                                   job->verbs.tissues[i].where));
-    for (size_t i = 0; i < job->overlay_lists.tissue_count; i++)
-        (void)sc_goes_on(&status, sc_pattern_check(ctx, view, job->overlay_lists.tissues[i].pattern,
-                                                   job->overlay_lists.tissues[i].where));
-    return status;
+/* An sc_pattern_fn; @p user is a tissue_check. */
+static sc_status check_pattern(void *user, const char *pattern, const char *where)
+{
+    const tissue_check *c = user;
+
+    return sc_pattern_check(&c->ctx, &c->view, pattern, where);
 }
 
 sc_status sc_check_tissues(const sc_ctx *ctx, const sc_job *job, const sc_label *labels,
                            int label_count)
 {
-    const sc_prepared view = {.label_count = label_count, .labels = labels};
     sc_once once; /* mistakes of keys of the film are in all shots */
-    const sc_ctx telling = sc_ctx_once(ctx, &once);
-    sc_status status = check_tissues_of(&telling, job, &view);
+    tissue_check c = {sc_ctx_once(ctx, &once), {.label_count = label_count, .labels = labels}};
+    const sc_status status = sc_each_pattern(job, check_pattern, &c);
 
-    for (size_t i = 0; i < job->film.shot_count; i++) {
-        if (!sc_goes_on(&status, check_tissues_of(&telling, &job->film.shots[i].job, &view)))
-            break;
-    }
     sc_once_end(&once, "the job");
     return status;
 }
@@ -206,7 +191,8 @@ static sc_status hide(sc_recipe *r)
     return SC_OK;
 }
 
-sc_status sc_recipe_follow(sc_recipe *r)
+/* Do all steps that are not done. @return the first error, logged. */
+static sc_status follow(sc_recipe *r)
 {
     static sc_status (*const steps[SC_STEP_COUNT])(sc_recipe *) = {[SC_STEP_TAKE] = take,
                                                                    [SC_STEP_RESIZE] = resize,
@@ -235,7 +221,7 @@ sc_status sc_input_read(const sc_app *app, const sc_job *job, const sc_input *in
                    .edited = out,
                    .done = input->is_later_phase ? DONE(SC_STEP_COLOR) : 0};
 
-    SC_PASS(sc_recipe_follow(&r));
+    SC_PASS(follow(&r));
     sc_add_time(app, times, SC_PHASE_READ, wall_s, cpu_s);
     return SC_OK;
 }
@@ -249,7 +235,7 @@ sc_status sc_input_voxels(const sc_app *app, const sc_job *job, const sc_input *
                    .volume = out,
                    .done = DONE(SC_STEP_COLOR) | DONE(SC_STEP_HIDE)};
 
-    return sc_recipe_follow(&r);
+    return follow(&r);
 }
 
 sc_status sc_name_mapped(const sc_app *app, const sc_job *job, const sc_input *input,
@@ -264,7 +250,7 @@ sc_status sc_name_mapped(const sc_app *app, const sc_job *job, const sc_input *i
                    .is_fixed = true,
                    .done = ~DONE(SC_STEP_NAME) & ~(colors ? DONE(SC_STEP_COLOR) : 0)};
 
-    return sc_recipe_follow(&r);
+    return follow(&r);
 }
 
 sc_status sc_scan_labels(const sc_app *app, const sc_job *job, const sc_input *input,
@@ -278,7 +264,7 @@ sc_status sc_scan_labels(const sc_app *app, const sc_job *job, const sc_input *i
                    .tell = true,
                    .done = DONE(SC_STEP_RESIZE) | DONE(SC_STEP_COLOR) | DONE(SC_STEP_HIDE)};
 
-    return sc_recipe_follow(&r);
+    return follow(&r);
 }
 
 /* ---- the grid on which it was drawn ---- */

@@ -62,8 +62,6 @@ typedef struct sc_recipe {
     sc_edited *edited;   /* what SC_STEP_HIDE fills in; else NULL */
     unsigned done;       /* the steps that were done before: bits by sc_step */
 } sc_recipe;
-/* Do all steps that are not done. @return the first error, logged. */
-sc_status sc_recipe_follow(sc_recipe *r);
 /* Give the labels of a mapped volume, a copy of which is in @p labels, the names of the job, and
  * the colours if the job wants others than those of the file. */
 sc_status sc_name_mapped(const sc_app *app, const sc_job *job, const sc_input *input,
@@ -123,6 +121,11 @@ sc_status sc_share_labels(const sc_app *app, const sc_label *labels, sc_input *i
 /* Give a volume the names and colours of its table, by number, or by name where the volume has no
  * numbers of its own; of a header, also the labels of the tables and of the job. */
 sc_status sc_name_labels(sc_recipe *r);
+/* A visit to a pattern by which a job names tissues. @param where "file:line"; may be empty. */
+typedef sc_status sc_pattern_fn(void *user, const char *pattern, const char *where);
+/* Visit the patterns of a job and of its shots: the tissues that are drawn, not those that are
+ * edited before. @return the first error. */
+sc_status sc_each_pattern(const sc_job *job, sc_pattern_fn *visit, void *user);
 /* Say where names and colours are to be had for a volume without a table whose numbers look like
  * those of FreeSurfer. */
 void sc_hint_labels(const sc_app *app, const char *path, const sc_volume *volume);

@@ -54,5 +54,10 @@ expect 65 'cut.nrrd: ends after' "$SEGCAST" check cut.yaml; one_error
 expect 0 'it is not known whether the tissues' "$SEGCAST" check --fast cut.yaml
 expect 0 'it is not known whether the tissues' "$SEGCAST" check --fast cut-number.yaml
 expect 65 'tissue "aorat" matches no label.*did you mean "aorta"' "$SEGCAST" check --fast cut-name.yaml
+sed /Segment/d cut.nrrd >bare.nrrd # no table
+echo 'volume: bare.nrrd' >bare.yaml
+for setting in 'overlays.names=[7]' 'animation.camera={focus: "7", aperture_mm: 2}'; do
+    expect 0 'it is not known' "$SEGCAST" check --fast bare.yaml --set "$setting"
+done
 sed 's/"\*"/"77"/' whole.yaml >none.yaml
 expect 65 'tissue "77" matches no label' "$SEGCAST" check none.yaml
