@@ -174,11 +174,10 @@ bool sc_gather_is_behind(const sc_gather *gather);
 
 typedef struct sc_encoders {
     sc_comm *comm;
-    bool *taken;      /* [handout->gather_window], a ring: frames that were taken out of order */
-    int32_t *parts;   /* [ranks]: work units that have gone to each encoder */
-    int yielding;     /* encoders that have not sent SC_TAG_YIELDED */
-    bool told;        /* they were told to */
-    int gops_missing; /* gathered GOPs that were begun and are not at rank 0 */
+    bool *taken;    /* [handout->gather_window], a ring: frames that were taken out of order */
+    int32_t *parts; /* [ranks]: work units that have gone to each encoder */
+    int yielding;   /* encoders that have not sent SC_TAG_YIELDED */
+    bool told;      /* they were told to */
     /* costs so far: seconds of drawing rows, and of encoding frames */
     double draw_s, rows, encode_s, frames;
 } sc_encoders;
