@@ -13,7 +13,7 @@
 #include "segcast/kernel.h"
 #include "segcast/panorama.h"
 
-enum { SC_SAMPLES_MAX = 8, SC_LENS_SAMPLES_MAX = 1024 };
+enum { SC_SAMPLES_MAX = 8 };
 
 /** How a grey volume is shown. */
 typedef struct sc_grey_look {
@@ -37,8 +37,7 @@ typedef struct sc_render_settings {
     int samples;      /**< rays in a pixel that gets more than one, 1 to SC_SAMPLES_MAX; 1: every
                            pixel gets one */
     int lens_samples; /**< rays in a pixel of a scene whose camera has an aperture, or whose light
-                           comes by paths: a power of two, at most SC_LENS_SAMPLES_MAX; 0: there is
-                           no such scene */
+                           comes by paths: a power of two; 0: there is no such scene */
     bool everywhere; /**< true: every pixel gets that many rays; false: only pixels that differ from
                           a neighbour do, all others one */
     bool to_the_end; /**< rays go on behind what is opaque: the same picture, more work */

@@ -275,9 +275,11 @@ static double blur_px(const sc_camera *c, double scale, const double factors[2])
     return c->aperture_mm / 2 * fmax(fabs(sharp - factors[0]), fabs(sharp - factors[1]));
 }
 
-void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
-                   const sc_viewport *viewport, uint8_t *squares)
+/* Make the map of a view from r->blocks; all of it is set, to level 1 of no known distance, where
+ * r->covers_all. */
+static void make_cover(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport)
 {
+    sc_cover *cover = &r->cover.map;
     const sc_camera *c = &scene->camera;
     const screen_axis right = make_axis(r, c, c->right),
                       down = make_axis(r, c, sc_vec3_scale(c->up, -1)),
@@ -286,7 +288,7 @@ void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
     const double least_px = r->bounds.has_tight_blocks ? TIGHT_MARGIN_PX : WIDE_MARGIN_PX;
     const bool is_all = r->cover.covers_all || c->projection == SC_EQUIRECTANGULAR;
 
-    *cover = empty_cover(viewport, squares, is_all);
+    *cover = empty_cover(viewport, r->cover.squares, is_all);
     if (!is_all)
         set_levels(cover, r, &deep);
     for (size_t i = 0; i < r->bounds.block_count && !is_all; i++) {
@@ -304,7 +306,7 @@ void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
             if (z + behind < 0)
                 continue;
             if (z - behind < 1e-3 * behind) { /* the eye is in the block, or nearly so */
-                *cover = empty_cover(viewport, squares, 1);
+                *cover = empty_cover(viewport, r->cover.squares, 1);
                 return;
             }
             factors[0] = scale / (z - behind);
@@ -315,7 +317,7 @@ void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
                         cover->columns, columns);
         squares_between(downward, factors, viewport->height_px / 2.0, margin_px, 1 << cover->shift,
                         cover->rows, rows);
-        set_squares(cover, squares, columns, rows, level_of(cover, z - behind));
+        set_squares(cover, r->cover.squares, columns, rows, level_of(cover, z - behind));
     }
 }
 
@@ -326,7 +328,7 @@ void sc_cover_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vie
     if (!memcmp(&r->cover.scene, scene, sizeof r->cover.scene) &&
         !memcmp(&r->cover.viewport, viewport, sizeof r->cover.viewport))
         return;
-    sc_cover_init(&r->cover.map, r, scene, viewport, r->cover.squares);
+    make_cover(r, scene, viewport);
     r->cover.scene = *scene;
     r->cover.viewport = *viewport;
 }

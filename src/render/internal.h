@@ -417,11 +417,6 @@ uint64_t sc_fades_bytes(const sc_renderer *r);
 /* Find the blocks that hold something visible, from r->derived.visible: sets r->bounds.blocks and
  * r->bounds.block_count. Collective in r->team. @return SC_ERR_MEMORY. */
 sc_status sc_find_blocks(const sc_ctx *ctx, sc_renderer *r);
-/* Make the map of a view from r->bounds.blocks; all of it is set, to level 1 of no known distance,
- * where r->cover.covers_all. @param squares room for it: [SC_COVER_SIDE][SC_COVER_SIDE], borrowed
- * by the map. */
-void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
-                   const sc_viewport *viewport, uint8_t *squares);
 
 /* The index in the map of the square of a pixel, which is one of the viewport, or of a border as
  * wide as a square around it. */

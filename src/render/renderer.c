@@ -68,15 +68,9 @@ static void fill_march(sc_renderer *r)
  * points. */
 static void measure_hull(sc_renderer *r)
 {
-    sc_vec3 low = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-
-    for (size_t i = 0; i < r->bounds.hull_count; i++) {
-        low = (sc_vec3){fmin(low.x, r->bounds.hull[i].x), fmin(low.y, r->bounds.hull[i].y),
-                        fmin(low.z, r->bounds.hull[i].z)};
-        high = (sc_vec3){fmax(high.x, r->bounds.hull[i].x), fmax(high.y, r->bounds.hull[i].y),
-                         fmax(high.z, r->bounds.hull[i].z)};
-    }
-    r->bounds.hull_box = (sc_box3){low, high};
+    r->bounds.hull_box = SC_BOX3_EMPTY;
+    for (size_t i = 0; i < r->bounds.hull_count; i++)
+        sc_box3_hold(&r->bounds.hull_box, r->bounds.hull[i]);
 }
 
 /* Can the renderer use what is stored with the volume? That was made for this surface and skip
