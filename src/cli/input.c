@@ -21,17 +21,10 @@ typedef enum kind {
  * whether there is such a file or directory. */
 static kind kind_of(const char *path, bool *exists)
 {
-    static const struct {
-        const char *suffix;
-        kind kind;
-    } suffixes[] = {{".yaml", KIND_JOB},      {".yml", KIND_JOB},       {".nrrd", KIND_VOLUME},
-                    {".nhdr", KIND_VOLUME},   {".mgz", KIND_VOLUME},    {".mgh", KIND_VOLUME},
-                    {".nii", KIND_VOLUME},    {".nii.gz", KIND_VOLUME}, {".mha", KIND_VOLUME},
-                    {".mhd", KIND_VOLUME},    {".segc", KIND_VOLUME},   {".hdr", KIND_VOLUME},
-                    {".img.gz", KIND_VOLUME}, {".img", KIND_VOLUME},    {".tif", KIND_VOLUME},
-                    {".tiff", KIND_VOLUME},   {".dcm", KIND_VOLUME},    {".h5", KIND_VOLUME},
-                    {".hdf5", KIND_VOLUME},   {".mnc", KIND_VOLUME},    {".am", KIND_VOLUME},
-                    {".mrml", KIND_VOLUME}}; /* refused with advice */
+    static const char *const jobs[] = {".yaml", ".yml"}, *const others[] = {
+                                                             ".h5", ".hdf5", ".mnc",
+                                                             ".mrml"}; /* of volumes */
+    const size_t length = strlen(path);
     struct stat info;
 
     *exists = stat(path, &info) == 0;
@@ -41,10 +34,11 @@ static kind kind_of(const char *path, bool *exists)
         *exists = true;
         return KIND_VOLUME;
     }
-    for (size_t i = 0; i < SC_COUNT_OF(suffixes); i++) {
-        if (sc_stem_length(path, &suffixes[i].suffix, 1))
-            return suffixes[i].kind;
-    }
+    if (sc_stem_length(path, jobs, SC_COUNT_OF(jobs)))
+        return KIND_JOB;
+    if (sc_volume_stem_bytes(path, length) < length ||
+        sc_stem_length(path, others, SC_COUNT_OF(others)))
+        return KIND_VOLUME;
     if (!*exists || !S_ISREG(info.st_mode))
         return KIND_UNKNOWN;
     switch (sc_file_kind_of(path)) {
@@ -134,7 +128,7 @@ sc_status sc_input_check(const sc_ctx *ctx, const sc_command *command, const cha
     const bool takes_job = strstr(command->argument, "JOB"),
                takes_volume = strstr(command->argument, "VOLUME"),
                takes_directory = strstr(command->argument, "DIR");
-    bool exists;
+    bool exists = false;
     const kind what = input ? kind_of(input, &exists) : KIND_UNKNOWN;
 
     if (what == KIND_VOLUME && takes_job && !takes_volume)
