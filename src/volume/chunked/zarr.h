@@ -89,11 +89,6 @@ typedef struct sc_zarr_array {
 /* Read the metadata of the array @p node, the dimensions slowest first. @return SC_ERR_DATA for
  * what cannot be read, with the key, what was found and expected; SC_ERR_MEMORY. */
 sc_status sc_zarr_array_read(const sc_ctx *ctx, const sc_zarr_node *node, sc_zarr_array *out);
-/* Append codec @p config, an object whose name is @p name, to the pipeline of a chunk: compressions
- * and check sums. @return SC_ERR_DATA, logged, for codecs that are not known, or whose library this
- * segcast is built without. */
-sc_status sc_zarr_add_codec(const sc_ctx *ctx, const sc_zarr_node *node, const char *name,
-                            sc_zarr_pipeline *pipeline);
 /* @return the values of a chunk of this shape. */
 size_t sc_zarr_values(const sc_zarr_array *array, const int64_t shape[SC_ZARR_RANK_MAX]);
 

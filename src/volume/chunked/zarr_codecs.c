@@ -72,7 +72,7 @@ static bool unlz4_block(const unsigned char *in, size_t in_bytes, unsigned char 
     return LZ4_decompress_safe((const char *)in, (char *)out, (int)in_bytes, (int)bytes) ==
            (int)bytes;
 #else
-    return false; /* sc_zarr_add_codec has refused it before */
+    return false; /* it was refused when the metadata was read */
 #endif
 }
 

@@ -132,8 +132,11 @@ static sc_status read_fill(const meta_reading *r)
     return SC_OK;
 }
 
-sc_status sc_zarr_add_codec(const sc_ctx *ctx, const sc_zarr_node *node, const char *name,
-                            sc_zarr_pipeline *pipeline)
+/* Append the codec @p name to the pipeline of a chunk: compressions and check sums. @return
+ * SC_ERR_DATA, logged, for codecs that are not known, or whose library this segcast is built
+ * without. */
+static sc_status add_codec(const sc_ctx *ctx, const sc_zarr_node *node, const char *name,
+                           sc_zarr_pipeline *pipeline)
 {
     static const struct {
         const char *name;
@@ -196,9 +199,8 @@ static sc_status read_v2(const meta_reading *r)
     if (json_array_size(filters) > 0)
         return refuse(r, "filters", filters, "null: write it anew without filters");
     if (compressor && !json_is_null(compressor))
-        SC_PASS(sc_zarr_add_codec(r->ctx, r->node,
-                                  json_string_value(json_object_get(compressor, "id")),
-                                  &array->pipeline));
+        SC_PASS(add_codec(r->ctx, r->node, json_string_value(json_object_get(compressor, "id")),
+                          &array->pipeline));
     array->prefix = "";
     array->separator = '.';
     if (separator) {
@@ -324,7 +326,7 @@ static sc_status read_codecs(const meta_reading *r, const json_t *codecs)
             bytes = shards = true;
             SC_PASS(read_sharding(r, codec));
         } else if (bytes) {
-            SC_PASS(sc_zarr_add_codec(r->ctx, r->node, name, pipeline));
+            SC_PASS(add_codec(r->ctx, r->node, name, pipeline));
         } else {
             return refuse(r, "codecs", codecs,
                           "\"bytes\" or \"sharding_indexed\" before any compression");
@@ -416,8 +418,8 @@ static sc_status read_n5(const meta_reading *r)
     array->separator = '/';
     if (name && !strcmp(name, "raw"))
         return SC_OK;
-    return sc_zarr_add_codec(r->ctx, r->node, name && !strcmp(name, "lz4") ? "lz4 of N5" : name,
-                             &array->pipeline);
+    return add_codec(r->ctx, r->node, name && !strcmp(name, "lz4") ? "lz4 of N5" : name,
+                     &array->pipeline);
 }
 
 sc_status sc_zarr_array_read(const sc_ctx *ctx, const sc_zarr_node *node, sc_zarr_array *out)
