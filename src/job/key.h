@@ -47,7 +47,7 @@ typedef struct sc_value_type {
      */
     sc_status (*write_lines)(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                              unsigned parts, sc_text *text);
-    /* The JSON schema of the value, by which editors check it: YAML that sc_schema_of reads. */
+    /* The JSON schema of the value, by which editors check it: YAML, as of sc_type_schema. */
     const char *schema;
     /* The same for what a text cannot say. @return a new reference; NULL when out of memory. */
     json_t *(*make_schema)(const sc_key *key);
@@ -406,12 +406,11 @@ const char *sc_setting_element(const char *path, char *element, size_t size);
 
 /* ---- schema.c ---- */
 
-/* @return a new JSON schema: the YAML @p text, in which $low and $high stand for the range of the
- * row, $keys for a map with its keys, $constant for a value without key frames, $track for key
- * frames of it, $tissues for a tissue or a list of some, and $NAME for what the type of that name
- * takes in this row (see the table in schema.c). NULL when out of memory. */
-json_t *sc_schema_of(const char *text, const sc_key *key);
-/* @return the schema of a value of @p type in the row @p key. */
+/* @return a new JSON schema of a value of @p type in the row @p key: its YAML, in which $low and
+ * $high stand for the range of the row, $keys for a map with its keys, $constant for a value
+ * without key frames, $track for key frames of it, $tissues for a tissue or a list of some, and
+ * $NAME for what the type of that name takes in this row (see the table in schema.c). NULL when out
+ * of memory. */
 json_t *sc_type_schema(const sc_value_type *type, const sc_key *key);
 /* @return the schema of key frames. @param key as of sc_read_key_frames. */
 json_t *sc_key_frames_schema(const sc_key *key);

@@ -90,18 +90,16 @@ static json_t *build(const sc_yaml *node, const sc_key *key)
     return json;
 }
 
-json_t *sc_schema_of(const char *text, const sc_key *key)
+json_t *sc_type_schema(const sc_value_type *type, const sc_key *key)
 {
     const sc_ctx silent = {.rank = 0};
     SC_OWN(sc_yaml_free_at) sc_yaml *node = NULL;
 
-    return sc_yaml_parse(&silent, "schema", text, strlen(text), &node) == SC_OK ? build(node, key)
-                                                                                : NULL;
-}
-
-json_t *sc_type_schema(const sc_value_type *type, const sc_key *key)
-{
-    return type->make_schema ? type->make_schema(key) : sc_schema_of(type->schema, key);
+    if (type->make_schema)
+        return type->make_schema(key);
+    return sc_yaml_parse(&silent, "schema", type->schema, strlen(type->schema), &node) == SC_OK
+               ? build(node, key)
+               : NULL;
 }
 
 /* The times of key frames, for editors. */
