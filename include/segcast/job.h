@@ -400,6 +400,8 @@ static inline sc_opacity_rule sc_job_opacity_rule(const sc_job *job)
 {
     return (sc_opacity_rule)(job->render.auto_opacity & ~SC_OPACITY_LOCAL);
 }
+/** @return the word of farm.encode for one of its values. */
+const char *sc_job_encode_word(int encode);
 /** @return the name of the encoder preset, for example "medium". */
 const char *sc_job_preset(const sc_job *job);
 /** @return whether sc_job.volume.path names the built-in phantom, and not a file. */

@@ -410,6 +410,11 @@ const sc_key sc_job_keys[] = {
      .of_film = true},
     {0}};
 
+const char *sc_job_encode_word(int encode)
+{
+    return encodes[encode].word;
+}
+
 const char *sc_job_preset(const sc_job *job)
 {
     return presets[job->output.preset];

@@ -75,15 +75,6 @@ static json_t *runs_json(const job_plan *plan)
     return runs;
 }
 
-/* @return the word of farm.encode for a way of encoding. */
-static const char *encode_word(int encode)
-{
-    return encode == SC_ENCODE_SEGMENTS ? "segments"
-           : encode == SC_ENCODE_GATHER ? "gather"
-           : encode == SC_ENCODE_ROOT   ? "root"
-                                        : "auto";
-}
-
 /* The object `scaling`; NULL if there is no memory. The caller owns it. */
 static json_t *scaling_json(const job_plan *plan)
 {
@@ -95,7 +86,7 @@ static json_t *scaling_json(const job_plan *plan)
         const sc_plan_run *run = &row->run;
         json_t *item = json_pack(
             "{s:i, s:i, s:i, s:s, s:f, s:f, s:f, s:s, s:I}", "nodes", run->nodes, "ranks_per_node",
-            run->ranks, "threads_per_rank", run->threads, "encode", encode_word(row->encode),
+            run->ranks, "threads_per_rank", run->threads, "encode", sc_job_encode_word(row->encode),
             "wall_s", run->wall_s, "core_hours", row->core_hours, "efficiency", run->efficiency,
             "limited_by", run->limit, "first_node_bytes", (json_int_t)run->first_node_bytes);
 
@@ -173,8 +164,8 @@ static void print_scaling(const job_plan *plan)
         const sc_plan_run *run = &row->run;
 
         printf("                 %6d  %5d x %-7d   %-8s %9.1f s  %10.4f  %10.2f  %s\n", run->nodes,
-               run->ranks, run->threads, encode_word(row->encode), run->wall_s, row->core_hours,
-               run->efficiency, run->limit);
+               run->ranks, run->threads, sc_job_encode_word(row->encode), run->wall_s,
+               row->core_hours, run->efficiency, run->limit);
     }
     printf("                 adding nodes pays up to %d%s; messages, network and disk are %s\n",
            scale->pays_to,
