@@ -131,6 +131,11 @@ sc_ctx sc_quiet(const sc_ctx *ctx);
 bool sc_is_of_input(sc_status status);
 /** Log an error. @return @p status, so that it can be used as `return sc_fail(...)`. */
 sc_status sc_fail(const sc_ctx *ctx, sc_status status, const char *fmt, ...) SC_PRINTF(3, 4);
+/** Check that what takes @p bytes of memory is within sc_ctx.memory_max_bytes. @param advice what
+ * else helps, ended by "or "; may be empty. @param fmt what takes the memory: "... takes about".
+ * @return SC_ERR_SYSTEM, logged. */
+SC_MUST_USE sc_status sc_memory_check(const sc_ctx *ctx, double bytes, const char *advice,
+                                      const char *fmt, ...) SC_PRINTF(4, 5);
 /** Log a warning. */
 void sc_warn(const sc_ctx *ctx, const char *fmt, ...) SC_PRINTF(2, 3);
 /** Log a message of level SC_LOG_INFO. */
@@ -212,6 +217,10 @@ typedef struct sc_text {
 /** Append formatted text. @return SC_ERR_MEMORY, with @p text untouched. */
 SC_MUST_USE sc_status sc_text_add(const sc_ctx *ctx, sc_text *text, const char *fmt, ...)
     SC_PRINTF(3, 4);
+/** Append a field of CSV, in quotation marks (RFC 4180) if it has one of the characters @p special;
+ * NULL: always. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_text_add_field(const sc_ctx *ctx, sc_text *text, const char *field,
+                                        const char *special);
 /** Copy a text. @return SC_ERR_MEMORY. Caller owns *out: sc_free. */
 SC_MUST_USE sc_status sc_text_copy(const sc_ctx *ctx, const char *from, char **out);
 /** Free the memory of @p text, which is empty then. */
@@ -396,6 +405,11 @@ SC_MUST_USE sc_status sc_file_write(const sc_ctx *ctx, const char *path, const v
                                     size_t bytes);
 /** Make a directory and its parents, as far as they do not exist. @return SC_ERR_CREATE. */
 SC_MUST_USE sc_status sc_make_directory(const sc_ctx *ctx, const char *path);
+/** @return the name of a file in its path: what stands behind the last slash. */
+const char *sc_file_name(const char *path);
+/** Write the folder of a path, up to its last slash, "." without one. Caller owns *out: sc_free.
+ * @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_folder_of(const sc_ctx *ctx, const char *path, char **out);
 /** Make "dir/name", or a copy of @p name if that is absolute or @p dir is empty or NULL. Caller
  * owns *out: sc_free. */
 SC_MUST_USE sc_status sc_path_join(const sc_ctx *ctx, const char *dir, const char *name,

@@ -146,6 +146,24 @@ sc_status sc_make_directory(const sc_ctx *ctx, const char *path)
     return SC_OK;
 }
 
+const char *sc_file_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+
+    return slash ? slash + 1 : path;
+}
+
+sc_status sc_folder_of(const sc_ctx *ctx, const char *path, char **out)
+{
+    const char *slash = strrchr(path, '/');
+    sc_text text = {0};
+
+    SC_PASS(sc_text_add(ctx, &text, "%.*s", slash ? (int)(slash - path) + (slash == path) : 1,
+                        slash ? path : "."));
+    *out = text.data;
+    return SC_OK;
+}
+
 sc_status sc_path_join(const sc_ctx *ctx, const char *dir, const char *name, char **out)
 {
     sc_text text = {0};

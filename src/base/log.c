@@ -2,6 +2,7 @@
 #include "segcast/base.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
 
@@ -77,6 +78,24 @@ sc_status sc_fail(const sc_ctx *ctx, sc_status status, const char *fmt, ...)
     emit(ctx, SC_LOG_ERROR, fmt, args);
     va_end(args);
     return status;
+}
+
+sc_status sc_memory_check(const sc_ctx *ctx, double bytes, const char *advice, const char *fmt, ...)
+{
+    const double limit = (double)ctx->memory_max_bytes, gib = 1024.0 * 1024 * 1024;
+    char what[4352];
+    va_list args;
+
+    if (limit == 0 || bytes <= limit)
+        return SC_OK;
+    va_start(args, fmt);
+    vsnprintf(what, sizeof what, fmt, args);
+    va_end(args);
+    return sc_fail(ctx, SC_ERR_SYSTEM,
+                   "%s %s of memory, more than the limit of %s; %sraise the limit where there is "
+                   "more memory: --max-memory %.0fG",
+                   what, sc_size_text(bytes, (char[24]){0}), sc_size_text(limit, (char[24]){0}),
+                   advice, ceil(bytes / gib));
 }
 
 void sc_warn(const sc_ctx *ctx, const char *fmt, ...)

@@ -41,8 +41,7 @@ static size_t cut_between_characters(const char *text, size_t length)
 /* Make a temporary name beside @p path, another one at each call. Caller owns *out: sc_free. */
 static sc_status temporary_name(const sc_ctx *ctx, const char *path, char **out)
 {
-    const char *slash = strrchr(path, '/');
-    const char *name = slash ? slash + 1 : path;
+    const char *name = sc_file_name(path);
     size_t length = strlen(name);
     char host[SC_HOST_BYTES];
     uint64_t random;
@@ -394,11 +393,10 @@ sc_status sc_file_write(const sc_ctx *ctx, const char *path, const void *data, s
 
 sc_status sc_outfile_check(const sc_ctx *ctx, const char *path, bool replace, const char *hint)
 {
-    const char *slash = strrchr(path, '/');
-    SC_OWN(sc_text_clear) sc_text directory = {0};
+    SC_OWN(sc_free_at) char *directory = NULL;
     struct stat info;
 
-    if (!path[0] || (slash && !slash[1]))
+    if (!*sc_file_name(path))
         return sc_fail(ctx, SC_ERR_CREATE, "\"%s\" is no name of a file to be written", path);
     if (!lstat(path, &info)) {
         if (!S_ISREG(info.st_mode))
@@ -413,10 +411,9 @@ sc_status sc_outfile_check(const sc_ctx *ctx, const char *path, bool replace, co
     } else if (errno != ENOENT) {
         return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, sc_reason(errno));
     }
-    SC_PASS(sc_text_add(ctx, &directory, "%.*s", slash ? (int)(slash - path + 1) : 1,
-                        slash ? path : "."));
-    if (access(directory.data, W_OK | X_OK))
-        return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s: %s", path, directory.data,
+    SC_PASS(sc_folder_of(ctx, path, &directory));
+    if (access(directory, W_OK | X_OK))
+        return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s: %s", path, directory,
                        sc_reason(errno));
     return SC_OK;
 }

@@ -45,6 +45,17 @@ sc_status sc_text_add(const sc_ctx *ctx, sc_text *text, const char *fmt, ...)
     return status;
 }
 
+sc_status sc_text_add_field(const sc_ctx *ctx, sc_text *text, const char *field,
+                            const char *special)
+{
+    if (special && !strpbrk(field, special))
+        return sc_text_add(ctx, text, "%s", field);
+    SC_PASS(sc_text_add(ctx, text, "\""));
+    for (; *field; field++)
+        SC_PASS(sc_text_add(ctx, text, *field == '"' ? "\"\"" : "%c", *field));
+    return sc_text_add(ctx, text, "\"");
+}
+
 sc_status sc_text_copy(const sc_ctx *ctx, const char *from, char **out)
 {
     sc_text text = {0};

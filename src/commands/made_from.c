@@ -16,11 +16,10 @@ static int by_bytes(const void *a, const void *b)
 static const char *name_in(const char *input, const char *path)
 {
     const size_t length = strlen(input);
-    const char *slash = strrchr(path, '/');
 
     if (!strncmp(input, path, length) && strchr(path + length, '/'))
         return path + length + strspn(path + length, "/");
-    return slash ? slash + 1 : path;
+    return sc_file_name(path);
 }
 
 /* The SHA-256 of an input: that of its file, or, of several, of the list that `sha256sum` prints of

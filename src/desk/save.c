@@ -48,8 +48,7 @@ static bool is_good_name(const char *name)
  * owns *out: sc_free. */
 static sc_status find_path(const sc_desk *desk, const char *name, char **out)
 {
-    const char *path = desk->file.path, *slash = strrchr(path, '/');
-    const int directory = slash ? (int)(slash + 1 - path) : 0;
+    const char *path = desk->file.path;
     SC_OWN(sc_text_clear) sc_text text = {0};
 
     if (!name)
@@ -58,7 +57,7 @@ static sc_status find_path(const sc_desk *desk, const char *name, char **out)
         return sc_fail(&desk->ctx, SC_ERR_USAGE,
                        "\"%s\" is no name for a job, expected one that ends in .yaml, without /",
                        name);
-    SC_PASS(sc_text_add(&desk->ctx, &text, "%.*s%s", directory, path, name));
+    SC_PASS(sc_text_add(&desk->ctx, &text, "%.*s%s", (int)(sc_file_name(path) - path), path, name));
     SC_HAND_OVER(text.data, out);
     return SC_OK;
 }

@@ -303,19 +303,17 @@ static sc_status choose_place(const sc_app *app, const sc_job *job, sc_inputs *i
 static void tell_phases(const sc_app *app, const sc_job *job)
 {
     const int count = (int)job->volume.phase_count;
-    const char *first = strrchr(job->volume.phases[0].path, '/');
-    const char *last = strrchr(job->volume.phases[count - 1].path, '/');
+    const char *first = sc_file_name(job->volume.phases[0].path);
 
     if (sc_comm_rank(app->comm) > 0)
         return;
     if (job->volume.phases[0].phase)
-        sc_info(app->ctx, "%d phases of %s, from %d to %d; %g beats a minute", count,
-                first ? first + 1 : job->volume.phases[0].path, job->volume.phases[0].phase - 1,
-                job->volume.phases[count - 1].phase - 1, job->cine.cine.bpm);
+        sc_info(app->ctx, "%d phases of %s, from %d to %d; %g beats a minute", count, first,
+                job->volume.phases[0].phase - 1, job->volume.phases[count - 1].phase - 1,
+                job->cine.cine.bpm);
     else
-        sc_info(app->ctx, "%d phases, from %s to %s; %g beats a minute", count,
-                first ? first + 1 : job->volume.phases[0].path,
-                last ? last + 1 : job->volume.phases[count - 1].path, job->cine.cine.bpm);
+        sc_info(app->ctx, "%d phases, from %s to %s; %g beats a minute", count, first,
+                sc_file_name(job->volume.phases[count - 1].path), job->cine.cine.bpm);
     if (job->cine.cine.between)
         sc_info(app->ctx, "borders move between phases: %d are interpolated behind each of %d",
                 job->cine.cine.between, count);

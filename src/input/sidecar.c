@@ -142,13 +142,13 @@ void sc_hint_labels(const sc_app *app, const char *path, const sc_volume *volume
 void sc_find_labels(const sc_app *app, const char *volume, char *out)
 {
     static const char *const bids[] = {"dseg.nii", "dseg.nii.gz"}, *const mgh[] = {".mgz", ".mgh"};
-    const char *slash = strrchr(volume, '/'), *name = slash ? slash + 1 : volume;
+    const char *name = sc_file_name(volume);
     const char *home = getenv("FREESURFER_HOME");
     char directory[SC_PATH_BYTES] = ".", *whole;
 
     *out = '\0';
-    if (slash)
-        snprintf(directory, sizeof directory, "%.*s", slash == volume ? 1 : (int)(slash - volume),
+    if (name > volume)
+        snprintf(directory, sizeof directory, "%.*s", (int)(name - volume) - (name - volume > 1),
                  volume);
     if (sc_stem_length(name, bids, SC_COUNT_OF(bids))) {
         whole = realpath(directory, NULL);

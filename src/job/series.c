@@ -44,14 +44,6 @@ static int compare_paths(const void *a, const void *b)
     return sc_natural_order(*(char *const *)a, *(char *const *)b);
 }
 
-/* @return the name of a file without its directories. */
-static const char *name_of(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-
-    return slash ? slash + 1 : path;
-}
-
 /* Find where the number stands in which @p path differs from @p other. @return false if they differ
  * in anything else. */
 static bool find_number(const char *path, const char *other, size_t *out)
@@ -88,7 +80,8 @@ static sc_status check_numbers(const sc_ctx *ctx, const sc_yaml *node, const cha
             return sc_yaml_fail(ctx, node,
                                 "%s: %s and %s differ in more than one number, so that their order "
                                 "is not known; expected a list of the files: [%s, ...]",
-                                key, name_of(paths[i]), name_of(paths[i + 1]), name_of(paths[0]));
+                                key, sc_file_name(paths[i]), sc_file_name(paths[i + 1]),
+                                sc_file_name(paths[0]));
         at = place;
         least = fmin(least, step_between(paths[i], paths[i + 1], at));
     }
@@ -96,7 +89,7 @@ static sc_status check_numbers(const sc_ctx *ctx, const sc_yaml *node, const cha
         if (step_between(paths[i], paths[i + 1], at) == 0)
             return sc_yaml_fail(ctx, node,
                                 "%s: %s and %s have the same number; expected a list of the files",
-                                key, name_of(paths[i]), name_of(paths[i + 1]));
+                                key, sc_file_name(paths[i]), sc_file_name(paths[i + 1]));
     }
     for (size_t i = 0; i + 1 < count; i++) {
         if (step_between(paths[i], paths[i + 1], at) > least)
@@ -104,7 +97,7 @@ static sc_status check_numbers(const sc_ctx *ctx, const sc_yaml *node, const cha
                 ctx, node,
                 "%s: there is no file between %s and %s, while the numbers of others differ by "
                 "%.0f; expected all files of the series, or a list of those that are to be shown",
-                key, name_of(paths[i]), name_of(paths[i + 1]), least);
+                key, sc_file_name(paths[i]), sc_file_name(paths[i + 1]), least);
     }
     return SC_OK;
 }

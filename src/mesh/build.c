@@ -341,14 +341,9 @@ static sc_status add_up(const sc_ctx *ctx, const builder *b, brick_counts *all)
 
 sc_status sc_mesh_check_memory(const sc_ctx *ctx, size_t triangles, double bytes)
 {
-    if (!ctx->memory_max_bytes || bytes <= (double)ctx->memory_max_bytes)
-        return SC_OK;
-    return sc_fail(ctx, SC_ERR_SYSTEM,
-                   "the mesh of %zu triangles takes about %s of memory, more than the limit of %s; "
-                   "choose fewer tissues (--tissue), crop or resample the volume, or raise the "
-                   "limit where there is more memory: --max-memory",
-                   triangles, sc_size_text(bytes, (char[24]){0}),
-                   sc_size_text((double)ctx->memory_max_bytes, (char[24]){0}));
+    return sc_memory_check(ctx, bytes,
+                           "choose fewer tissues (--tissue), crop or resample the volume, or ",
+                           "the mesh of %zu triangles takes about", triangles);
 }
 
 sc_status sc_mesh_compact(const sc_ctx *ctx, sc_mesh *mesh)

@@ -261,23 +261,15 @@ static float border_at(const between_work *w, int which, size_t at)
  * voxels that change. @param box voxels of the largest box; 0: not known yet. */
 static sc_status check_memory(const sc_ctx *ctx, const sc_volume *v, size_t changes, size_t box)
 {
-    const double limit = (double)ctx->memory_max_bytes;
     const double bytes =
         (double)sc_volume_voxels(v) * v->label_bytes +
         (double)changes * (sizeof(change) + 2 * sizeof(carrier) + 3 * sizeof(float)) +
         2.0 * (double)box * (sizeof(float) + sizeof(int32_t));
-    char needed[24], allowed[24];
 
-    if (limit == 0 || bytes <= limit)
-        return SC_OK;
-    return sc_fail(
-        ctx, SC_ERR_SYSTEM,
-        "cine: between: %zu voxels change from one phase to the next, and to interpolate "
-        "them takes about %s of memory, more than the limit of %s; crop or resample the "
-        "volumes, leave between out, or raise the limit where there is more memory: "
-        "--max-memory %.0fM",
-        changes, sc_size_text(bytes, needed), sc_size_text(limit, allowed),
-        ceil(bytes / (1024 * 1024)));
+    return sc_memory_check(ctx, bytes, "crop or resample the volumes, leave between out, or ",
+                           "cine: between: %zu voxels change from one phase to the next, and to "
+                           "interpolate them takes about",
+                           changes);
 }
 
 /* Fill the list of the voxels that change, and the boxes. @return SC_ERR_MEMORY, SC_ERR_SYSTEM. */

@@ -138,16 +138,6 @@ int sc_measurements_mismatch(const sc_measurements *measurements, size_t from,
 
 /* ---- tables ---- */
 
-/* Append a field of CSV, in quotes (RFC 4180). */
-static sc_status add_field(const sc_ctx *ctx, sc_text *text, const char *value)
-{
-    sc_status status = sc_text_add(ctx, text, "\"");
-
-    for (; *value && status == SC_OK; value++)
-        status = sc_text_add(ctx, text, *value == '"' ? "\"\"" : "%c", *value);
-    return status == SC_OK ? sc_text_add(ctx, text, "\"") : status;
-}
-
 static sc_status add_statistics(const sc_ctx *ctx, sc_text *text, const sc_statistics *s)
 {
     return sc_text_add(ctx, text, ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", s->median, s->low, s->high,
@@ -171,13 +161,15 @@ static sc_status add_cell(const sc_ctx *ctx, const sc_design *design, const sc_c
     const sc_core_time cores = sc_measurement_core_time(t, design->whole_jobs);
 
     for (int i = 0; i < design->axis_count; i++) {
-        SC_PASS(add_field(ctx, text, design->axes[i].values[sc_design_index(design, r->cell, i)]));
+        SC_PASS(sc_text_add_field(
+            ctx, text, design->axes[i].values[sc_design_index(design, r->cell, i)], NULL));
         SC_PASS(sc_text_add(ctx, text, ","));
     }
-    SC_PASS(add_field(ctx, text,
-                      r->skipped            ? r->skipped
-                      : r->cpu_s.count == 0 ? "not measured yet"
-                                            : "measured"));
+    SC_PASS(sc_text_add_field(ctx, text,
+                              r->skipped            ? r->skipped
+                              : r->cpu_s.count == 0 ? "not measured yet"
+                                                    : "measured",
+                              NULL));
     SC_PASS(sc_text_add(ctx, text, ",%zu,%d,%d,%d,%d", r->cpu_s.count, t->frames, t->ranks,
                         t->threads, t->nodes));
     SC_PASS(add_statistics(ctx, text, &r->cpu_s));
@@ -204,7 +196,7 @@ sc_status sc_cells_write_csv(const sc_ctx *ctx, const sc_measurements *measureme
     SC_OWN(sc_text_clear) sc_text text = {0};
 
     for (int i = 0; i < design->axis_count; i++) {
-        SC_PASS(add_field(ctx, &text, design->axes[i].name));
+        SC_PASS(sc_text_add_field(ctx, &text, design->axes[i].name, NULL));
         SC_PASS(sc_text_add(ctx, &text, ","));
     }
     SC_PASS(sc_text_add(ctx, &text, "%s", columns));

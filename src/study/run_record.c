@@ -300,12 +300,7 @@ static sc_status add_host(const sc_ctx *ctx, const sc_run_entry *run, int rank, 
                        : run->host_count == 1 ? run->hosts[0]
                                               : "";
 
-    if (!strpbrk(host, ",\"\r\n"))
-        return sc_text_add(ctx, text, "%s", host);
-    SC_PASS(sc_text_add(ctx, text, "\""));
-    for (; *host; host++)
-        SC_PASS(sc_text_add(ctx, text, "%s%c", *host == '"' ? "\"" : "", *host));
-    return sc_text_add(ctx, text, "\"");
+    return sc_text_add_field(ctx, text, host, ",\"\r\n");
 }
 
 /* Append the line of a frame to @p text; what is unknown stays empty. */

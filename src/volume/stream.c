@@ -47,20 +47,13 @@ static sc_status open_file(sc_voxel_stream *s)
  * memory than a volume may. */
 static sc_status open_slices(sc_voxel_stream *s)
 {
-    static const double gib = 1024.0 * 1024 * 1024;
     const sc_source *source = s->source;
     const size_t each = sc_voxel_type_bytes(source->type);
     const double bytes = (double)source->size[0] * source->size[1] * source->slices * (double)each;
 
-    if (s->ctx->memory_max_bytes && bytes > (double)s->ctx->memory_max_bytes)
-        return sc_fail(s->ctx, SC_ERR_SYSTEM,
-                       "%s: is read by %d slices of %d x %d voxels at a time, which take %s "
-                       "of memory, more than the limit of %s; raise the limit where there is "
-                       "more memory: --max-memory %.0fG",
-                       s->path, source->slices, source->size[0], source->size[1],
-                       sc_size_text(bytes, (char[24]){0}),
-                       sc_size_text((double)s->ctx->memory_max_bytes, (char[24]){0}),
-                       ceil(bytes / gib));
+    SC_PASS(sc_memory_check(s->ctx, bytes, "",
+                            "%s: is read by %d slices of %d x %d voxels at a time, which take",
+                            s->path, source->slices, source->size[0], source->size[1]));
     return sc_alloc(s->ctx, (size_t)source->size[0] * (size_t)source->size[1],
                     (size_t)source->slices * each, &s->slab);
 }

@@ -25,16 +25,8 @@ sc_status sc_volume_memory_check(const sc_ctx *ctx, const char *path, const int 
 sc_status sc_voxels_memory_check(const sc_ctx *ctx, const char *path, const int size[3],
                                  double bytes)
 {
-    static const double gib = 1024.0 * 1024 * 1024;
-
-    if (ctx->memory_max_bytes == 0 || bytes <= (double)ctx->memory_max_bytes)
-        return SC_OK;
-    return sc_fail(ctx, SC_ERR_SYSTEM,
-                   "%s: %d x %d x %d voxels take about %s of memory, more than the limit of %s; "
-                   "crop or resample the volume, or raise the limit where there is more "
-                   "memory: --max-memory %.0fG",
-                   path, size[0], size[1], size[2], sc_size_text(bytes, (char[24]){0}),
-                   sc_size_text((double)ctx->memory_max_bytes, (char[24]){0}), ceil(bytes / gib));
+    return sc_memory_check(ctx, bytes, "crop or resample the volume, or ",
+                           "%s: %d x %d x %d voxels take about", path, size[0], size[1], size[2]);
 }
 
 size_t sc_volume_voxels(const sc_volume *volume)

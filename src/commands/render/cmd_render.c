@@ -637,32 +637,27 @@ sc_status sc_cmd_render(sc_app *app)
 sc_status sc_cmd_orbit(sc_app *app)
 {
     const char *output = app->options.output ? app->options.output : "orbit.mp4";
-    const char *slash = strrchr(output, '/');
+    const char *name = sc_file_name(output);
     sc_run run = {.app = app};
-    sc_text directory = {0}, origin = {0};
+    SC_OWN(sc_free_at) char *directory = NULL;
+    sc_text origin = {0};
     sc_status status = SC_OK;
 
-    if (slash && !slash[1])
+    if (!*name)
         status = sc_fail(app->ctx, SC_ERR_USAGE,
                          "--output is \"%s\", a directory; expected the name of a video in it, "
                          "such as %sorbit.mp4",
                          output, output);
     SC_TRY(status);
-    SC_TRY(sc_text_add(app->ctx, &directory, "%.*s",
-                       slash == output ? 1
-                       : slash         ? (int)(slash - output)
-                                       : 1,
-                       slash ? output : "."));
+    SC_TRY(sc_folder_of(app->ctx, output, &directory));
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_expect_series(app));
     SC_TRY(sc_options_default(app->ctx, &app->options, "look", "studio"));
-    SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.directory", directory.data));
+    SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.directory", directory));
     SC_TRY(sc_text_add(app->ctx, &origin, "--output %s", output));
-    SC_TRY(sc_options_set_as(app->ctx, &app->options, origin.data, "output.video",
-                             slash ? slash + 1 : output));
+    SC_TRY(sc_options_set_as(app->ctx, &app->options, origin.data, "output.video", name));
     app->options.part.frames = NULL;
 out:
-    sc_text_clear(&directory);
     sc_text_clear(&origin);
     status = sc_comm_agree(app->comm, status);
     return status == SC_OK ? run_job(&run, NULL) : status;

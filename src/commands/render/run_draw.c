@@ -61,21 +61,15 @@ sc_video_settings sc_run_video_settings(const sc_job *job)
 
 sc_status sc_run_check_encoder(const sc_ctx *ctx, const sc_job *job)
 {
-    static const double gib = 1024.0 * 1024 * 1024;
     const sc_video_settings settings = sc_run_video_settings(job);
     const double bytes = sc_video_encoder_bytes_least(job->output.video, &settings);
 
     if (!sc_run_has_video(job))
         return SC_OK;
     SC_PASS(sc_video_check_encoder(ctx, job->output.video, settings.codec));
-    if (ctx->memory_max_bytes == 0 || bytes <= (double)ctx->memory_max_bytes)
-        return SC_OK;
-    return sc_fail(ctx, SC_ERR_SYSTEM,
-                   "output.size is %d x %d: to encode a video of that size takes %s of memory or "
-                   "more, over the limit of %s; choose a smaller one, or video: none with frames: "
-                   "png, or raise the limit where there is more memory: --max-memory %.0fG",
-                   settings.width_px, settings.height_px, sc_size_text(bytes, (char[24]){0}),
-                   sc_size_text((double)ctx->memory_max_bytes, (char[24]){0}), ceil(bytes / gib));
+    return sc_memory_check(ctx, bytes, "choose a smaller one, or video: none with frames: png, or ",
+                           "output.size is %d x %d: to encode a video of that size takes at least",
+                           settings.width_px, settings.height_px);
 }
 
 bool sc_run_has_video(const sc_job *job)

@@ -203,20 +203,16 @@ size_t sc_chunk_packed_most(size_t bytes)
 
 sc_status sc_chunked_threads(const sc_ctx *ctx, double more_bytes, sc_chunked *chunked)
 {
-    const double limit = (double)ctx->memory_max_bytes, gib = 1024.0 * 1024 * 1024;
+    const double limit = (double)ctx->memory_max_bytes;
     const double needed_bytes = (double)chunked->packed_bytes + (double)chunked->room_bytes[0] +
                                 (double)chunked->room_bytes[1] + more_bytes;
 
     chunked->threads = ctx->threads > 1 ? ctx->threads : 1;
     while (chunked->threads > 1 && limit > 0 && chunked->threads * needed_bytes > limit / 4)
         chunked->threads--;
-    if (limit > 0 && needed_bytes > limit)
-        return sc_fail(ctx, SC_ERR_SYSTEM,
-                       "%s: has chunks of %s, more than the limit of memory of %s; "
-                       "raise it where there is more memory: --max-memory %.0fG",
-                       chunked->path, sc_size_text((double)chunked->chunk_bytes, (char[24]){0}),
-                       sc_size_text(limit, (char[24]){0}), ceil(needed_bytes / gib));
-    return SC_OK;
+    return sc_memory_check(ctx, needed_bytes, "", "%s: has chunks of %s, to read which takes",
+                           chunked->path,
+                           sc_size_text((double)chunked->chunk_bytes, (char[24]){0}));
 }
 
 /* Set how many slices of @p source are read at a time. */

@@ -101,18 +101,6 @@ const char *sc_bad_name(const char *name)
     return why ? why : why_no_file(name);
 }
 
-/* Write the folder of a path, up to its last slash, "." without one. Caller owns *out: sc_free. */
-static sc_status folder_of(const sc_ctx *ctx, const char *path, char **out)
-{
-    const char *slash = strrchr(path, '/');
-    sc_text text = {0};
-
-    SC_PASS(sc_text_add(ctx, &text, "%.*s", slash ? (int)(slash - path) + (slash == path) : 1,
-                        slash ? path : "."));
-    *out = text.data;
-    return SC_OK;
-}
-
 /* Is the file whose path without links is @p file in the folder @p folder or below it? */
 static bool is_below(const char *file, const char *folder)
 {
@@ -138,10 +126,10 @@ sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field,
     if (why)
         return sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\": %s; %s", header, field, name, why,
                        advice);
-    SC_PASS(folder_of(ctx, header, &own));
+    SC_PASS(sc_folder_of(ctx, header, &own));
     target = realpath(header, NULL); /* where the header lies if the user has named a link to it */
     if (target)
-        SC_PASS(folder_of(ctx, target, &others));
+        SC_PASS(sc_folder_of(ctx, target, &others));
     for (int i = 0; i < 2 && !real; i++) {
         const char *folder = i ? others : own;
 

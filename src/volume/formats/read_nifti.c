@@ -167,7 +167,7 @@ static sc_status check_magic(const sc_ctx *ctx, const char *path, const fields *
 static sc_status voxel_file(const sc_ctx *ctx, const char *path, bool pair, char **out)
 {
     static const char *const endings[] = {".img", ".img.gz", ".IMG"};
-    const char *dot = strstr(strrchr(path, '/') ? strrchr(path, '/') : path, ".hdr");
+    const char *dot = strstr(sc_file_name(path), ".hdr");
     struct stat info;
     uint64_t bytes;
 
@@ -175,13 +175,11 @@ static sc_status voxel_file(const sc_ctx *ctx, const char *path, bool pair, char
         return sc_path_join(ctx, "", path, out);
     for (size_t i = 0; dot && i < SC_COUNT_OF(endings); i++) {
         SC_OWN(sc_text_clear) sc_text text = {0};
-        const char *slash;
 
         SC_PASS(sc_text_add(ctx, &text, "%.*s%s", (int)(dot - path), path, endings[i]));
-        slash = strrchr(text.data, '/');
         if (!stat(text.data, &info))
-            return sc_data_file(ctx, path, "the file of the voxels", slash ? slash + 1 : text.data,
-                                out, &bytes);
+            return sc_data_file(ctx, path, "the file of the voxels", sc_file_name(text.data), out,
+                                &bytes);
     }
     return sc_fail(ctx, SC_ERR_DATA, "%s: is the header of a pair, but its .img is not there",
                    path);

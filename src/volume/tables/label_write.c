@@ -36,12 +36,7 @@ static sc_status add_field(const sc_ctx *ctx, const char *text, char delimiter, 
 {
     const char special[] = {delimiter, '"', '#', '\0'};
 
-    if (!text[strcspn(text, special)] && text[0] != ' ')
-        return sc_text_add(ctx, out, "%s", text);
-    SC_PASS(sc_text_add(ctx, out, "\""));
-    for (; *text; text++)
-        SC_PASS(sc_text_add(ctx, out, "%s%c", *text == '"' ? "\"" : "", *text));
-    return sc_text_add(ctx, out, "\"");
+    return sc_text_add_field(ctx, out, text, text[0] == ' ' ? NULL : special);
 }
 
 static sc_status add_xml_text(const sc_ctx *ctx, const char *text, sc_text *out)
