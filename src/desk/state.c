@@ -62,20 +62,13 @@ static json_t *key_of(const sc_prepared *v, int id)
     return json_sprintf("%lld", (long long)label->value);
 }
 
-/* @return a share of linear light as one of the levels of sRGB. */
-static double srgb_of(double linear)
-{
-    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;
-}
-
 /* @return a colour as CSS writes it. */
-static json_t *color_of(const sc_tissue *tissue)
+static json_t *color_of(const sc_srgb_table *levels, const sc_tissue *tissue)
 {
-    int rgb[3];
+    const float *c = tissue->rgb_linear;
 
-    for (int i = 0; i < 3; i++)
-        rgb[i] = (int)floor(255 * srgb_of(tissue->rgb_linear[i]) + 0.5);
-    return json_sprintf("#%02x%02x%02x", (unsigned)rgb[0], (unsigned)rgb[1], (unsigned)rgb[2]);
+    return json_sprintf("#%02x%02x%02x", sc_srgb_level(levels, c[0]), sc_srgb_level(levels, c[1]),
+                        sc_srgb_level(levels, c[2]));
 }
 
 /* @return which planes do not cut a tissue: a bit for each. */
@@ -89,7 +82,7 @@ static int spared_by(const sc_panel *panel, const sc_tissue *tissue)
 }
 
 /* @return a tissue of a panel. */
-static json_t *of_tissue(const sc_panel *panel, int id)
+static json_t *of_tissue(const sc_panel *panel, const sc_srgb_table *levels, int id)
 {
     const sc_prepared *v = &panel->volume;
     const sc_label *label = &v->labels[id];
@@ -104,7 +97,7 @@ static json_t *of_tissue(const sc_panel *panel, int id)
     }
     return json_pack("{s:b, s:i, s:o, s:o, s:I, s:o, s:f, s:b, s:b, s:i, s:f, s:f}", "known",
                      v->stats[id].voxels > 0 || !t->visible, "id", id, "name", name, "key",
-                     key_of(v, id), "label", (json_int_t)label->value, "color", color_of(t),
+                     key_of(v, id), "label", (json_int_t)label->value, "color", color_of(levels, t),
                      "opacity", t->opacity, "auto", t->opacity_auto, "visible", t->visible,
                      "spared", spared_by(panel, t), "ml", ml, "mm",
                      (double)v->stats[id].thickness_mm);
@@ -115,9 +108,11 @@ static json_t *of_tissue(const sc_panel *panel, int id)
 static json_t *of_tissues(const sc_panel *panel)
 {
     json_t *list = json_array();
+    sc_srgb_table levels;
 
+    sc_srgb_table_init(&levels);
     for (int id = 1; id < panel->volume.label_count && panel->looks.tissues; id++)
-        json_array_append_new(list, of_tissue(panel, id));
+        json_array_append_new(list, of_tissue(panel, &levels, id));
     return list;
 }
 
@@ -171,11 +166,11 @@ json_t *sc_desk_state(sc_desk *desk)
     int frame;
     sc_panel *panel = sc_session_panel(desk->now, desk->frame, &frame);
     const sc_job *job = &desk->now->job;
-    const char *path = desk->file.path, *name = strrchr(path, '/');
+    const char *path = desk->file.path;
 
     return json_pack("{s:i, s:s, s:s, s:b, s:b, s:i, s:i, s:i, s:i, s:i, s:i, s:[ii], s:o, s:o, "
                      "s:o, s:o, s:o, s:o, s:O, s:b}",
-                     "revision", (int)desk->revision, "name", name ? name + 1 : path, "path", path,
+                     "revision", (int)desk->revision, "name", sc_file_name(path), "path", path,
                      "isNew", desk->file.on_disk == NULL, "unsaved", sc_desk_is_unsaved(desk),
                      "shot", (int)(panel - desk->now->panels), "undo", desk->steps.undo_count,
                      "redo", desk->steps.redo_count, "frame", desk->frame, "frames",
