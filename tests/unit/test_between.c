@@ -6,7 +6,6 @@
 #include "segcast/resample.h"
 
 #include <math.h>
-#include <stdio.h>
 
 enum { SIDE = 40, VOXELS = SIDE * SIDE * SIDE };
 

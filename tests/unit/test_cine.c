@@ -6,8 +6,6 @@
 #include "key.h"
 #include "segcast/job.h"
 
-#include <stdio.h>
-#include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
 

@@ -5,7 +5,6 @@
 #include "segcast/color_by.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <unistd.h>
 
 enum { LABELS = 6 };

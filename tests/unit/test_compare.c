@@ -6,7 +6,6 @@
 #include "panels.h"
 #include "segcast/views.h"
 
-#include <stdio.h>
 #include <unistd.h>
 
 /* Load the job file @p text. */

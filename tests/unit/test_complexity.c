@@ -16,7 +16,6 @@
 #include "segcast/value_table.h"
 #include "segcast/volume.h"
 
-#include <stdio.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>

@@ -5,8 +5,6 @@
 
 #include "desk.h"
 
-#include <stdlib.h>
-
 /* State what the changes are, as "key=value ...". */
 static void are(const sc_edits *edits, const char *expected)
 {

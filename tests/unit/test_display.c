@@ -4,9 +4,6 @@
 
 #include "segcast/process.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 /* Check the bar for @p columns and @p share. It is drawn into memory of its own, so that a
  * sanitizer sees what is written behind it. */
 static void check_bar(int columns, double share)

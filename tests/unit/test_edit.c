@@ -5,8 +5,6 @@
 
 #include "segcast/volume.h"
 
-#include <string.h>
-
 enum { LABELS = 7, WIDTH = 11, DEPTH = 7, HEIGHT = 9, VOXELS = WIDTH * DEPTH * HEIGHT };
 
 /* Fill @p v with random labels, of which 5 has no voxel, in oblique voxels. @param bytes of an id.

@@ -8,8 +8,6 @@
 #include "scenes.h"
 
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 enum { SIDE = 81, MIDDLE = SIDE / 2 };
 #define ALBEDO 0.5

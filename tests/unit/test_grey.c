@@ -6,7 +6,6 @@
 #include "segcast/grey.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <unistd.h>
 
 enum { NX = 5, NY = 4, NZ = 3, VOXELS = NX * NY * NZ };

@@ -4,7 +4,6 @@
 #include "formats/hdf5_process.h"
 
 #include <math.h>
-#include <string.h>
 #include <unistd.h>
 
 static char message[1024];

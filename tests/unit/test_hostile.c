@@ -7,7 +7,6 @@
 #include "segcast/volume.h"
 
 #include <limits.h>
-#include <stdio.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>

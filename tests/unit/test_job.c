@@ -5,7 +5,6 @@
 #include "describe.h"
 
 #include <ctype.h>
-#include <stdio.h>
 #include <sys/stat.h>
 #include <unistd.h>
 

@@ -4,7 +4,6 @@
 
 #include "segcast/label_files.h"
 
-#include <stdio.h>
 #include <unistd.h>
 
 /* Read @p text of @p bytes bytes as a table. */

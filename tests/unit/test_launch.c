@@ -4,8 +4,6 @@
 
 #include "segcast/process.h"
 
-#include <stdlib.h>
-
 static const char *const names[] = {
     "OMPI_COMM_WORLD_RANK",
     "OMPI_COMM_WORLD_SIZE",

@@ -6,8 +6,6 @@
 #include "scenes.h"
 
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 static int brightness(const sc_image *image, int x, int y)
 {

@@ -6,7 +6,6 @@
 #include "segcast/core_time.h"
 #include "segcast/measurements.h"
 
-#include <stdio.h>
 #include <unistd.h>
 
 static char *methods[] = {"none", "leap, \"fast\""}, *ranks[] = {"1", "2", "4"};

@@ -3,8 +3,6 @@
 
 #include "phantom/phantom_model.h"
 
-#include <string.h>
-
 static sc_vec3 random_point(uint64_t *seed)
 {
     return (sc_vec3){random_real(seed, -78, 78), random_real(seed, -54, 54),

@@ -5,7 +5,6 @@
 
 #include "segcast/volume.h"
 
-#include <stdio.h>
 #include <unistd.h>
 #include <zlib.h>
 

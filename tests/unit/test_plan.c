@@ -6,7 +6,6 @@
 #include "render/run.h"
 
 #include <math.h>
-#include <string.h>
 
 /* A job of 20 GOPs of 30 frames of 1920 x 1080. */
 static sc_job long_job(void)

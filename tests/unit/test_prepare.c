@@ -4,7 +4,6 @@
 #include "shapes.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 static const double cube[3] = {1, 1, 1};
 

@@ -6,7 +6,6 @@
 #include "segcast/film.h"
 #include "segcast/phantom.h"
 
-#include <stdio.h>
 #include <unistd.h>
 
 enum { RANKS = 3 };

@@ -6,7 +6,6 @@
 #include "key.h"
 #include "segcast/job.h"
 
-#include <stdio.h>
 #include <unistd.h>
 
 /* Load the job file @p text. */

@@ -5,7 +5,6 @@
 #include "shapes.h"
 
 #include <math.h>
-#include <string.h>
 
 static const double cube[3] = {1, 1, 1};
 

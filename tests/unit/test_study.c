@@ -4,8 +4,6 @@
 
 #include "segcast/study.h"
 
-#include <stdio.h>
-#include <string.h>
 #include <unistd.h>
 
 enum { RANKS = 4 };

@@ -5,7 +5,6 @@
 #include "segcast/comm.h"
 #include "segcast/study_file.h"
 
-#include <stdio.h>
 #include <unistd.h>
 
 static sc_status load(const char *text, sc_study *study)

@@ -1,9 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "check.h"
 
-#include <stdio.h>
-#include <string.h>
-
 #include "segcast/image.h"
 #include "segcast/timeline.h"
 

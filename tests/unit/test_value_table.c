@@ -5,7 +5,6 @@
 #include "segcast/value_table.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <unistd.h>
 
 /* Read @p text of @p bytes bytes as a table of values. */

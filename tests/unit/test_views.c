@@ -7,7 +7,6 @@
 #include "segcast/views.h"
 
 #include <math.h>
-#include <string.h>
 
 static const uint8_t black[3] = {0, 0, 0}, white[3] = {255, 255, 255};
 

@@ -6,7 +6,6 @@
 #include "segcast/volume.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
