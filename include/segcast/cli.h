@@ -33,7 +33,7 @@ typedef struct sc_part_options {
 typedef struct sc_still_options {
     long frame;            /**< --frame; -1: not given */
     sc_moment moment;      /**< --time */
-    double moment_at;      /**< and where it is: in seconds, or a share from 0 to 1 */
+    double moment_at;      /**< where that is: in seconds, or a share from 0 to 1 */
     int pictures;          /**< --sheet N; 0: not given */
     bool slices;           /**< --sheet slices */
     const sc_sheet *sheet; /**< --sheet views, looks; NULL: neither */

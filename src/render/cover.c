@@ -275,8 +275,8 @@ static double blur_px(const sc_camera *c, double scale, const double factors[2])
     return c->aperture_mm / 2 * fmax(fabs(sharp - factors[0]), fabs(sharp - factors[1]));
 }
 
-/* Make the map of a view from r->blocks; all of it is set, to level 1 of no known distance, where
- * r->covers_all. */
+/* Make the map of a view from r->bounds.blocks. Where r->cover.covers_all, all of it is set to
+ * level 1, of no known distance. */
 static void make_cover(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport)
 {
     sc_cover *cover = &r->cover.map;

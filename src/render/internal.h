@@ -371,8 +371,8 @@ static inline bool sc_fades_away(const sc_renderer *r)
 /* Set r->tissues and r->looks from @p tissues, and for each label (dense id) what of it is shown in
  * @p show and, if anything, its opacity in @p opacity, else 0. Background is never shown. */
 void sc_fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show, float *opacity);
-/* Set the sphere around the volume and the box that rays are
- * marched within: for SC_SKIP_NONE the whole volume, else the bounding box of what is visible.
+/* Set the sphere around the volume, and the box that rays are marched within: for SC_SKIP_NONE the
+ * whole volume, else the bounding box of what is visible.
  * That is a voxel wider than the last cell that matters, so that it ends within none of these.
  * r->tissues has been filled. */
 void sc_fill_boxes(sc_renderer *r);

@@ -24,7 +24,7 @@ sc_status sc_compressed_begin(const sc_ctx *ctx, const char *path, FILE *file, u
                               sc_compression compression, sc_compressed_file **out);
 /* For SC_OWN; NULL is allowed. */
 void sc_compressed_close(sc_compressed_file **file);
-/* @return whether it is compressed indeed. */
+/* @return whether it is compressed: a file said to be may not be. */
 bool sc_file_is_compressed(const sc_compressed_file *p);
 /* Read the next @p bytes bytes to @p out. @return how many there were: fewer at
  * the end, or where the file is damaged. */

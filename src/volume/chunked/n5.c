@@ -12,7 +12,7 @@
 
 enum {
     LEVELS_MAX = 32, /* more are not looked for */
-    GROUPS_MAX = 8   /* groups within groups that are gone through */
+    GROUPS_MAX = 8   /* levels of nested groups that are searched */
 };
 
 /* ---- geometry ---- */

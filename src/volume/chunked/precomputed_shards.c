@@ -14,8 +14,8 @@ enum {
 
 /* ---- metadata ---- */
 
-/* Read one of the words @p words[2] at @p name, the first if it is not there, as whether it is the
- * second. @param key receives @p name, for messages. */
+/* Read whether the second of two words stands at @p name; without any it is the first. @param key
+ * receives @p name, for messages. @return false for another word. */
 static bool read_word(const json_t *json, const char *name, const char *const words[2], bool *out,
                       const char **key)
 {

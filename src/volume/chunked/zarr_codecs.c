@@ -136,8 +136,8 @@ static bool unblosc(const unsigned char *in, size_t in_bytes, unsigned char *out
     return false;
 }
 
-/* How each compression is undone, and the package without which segcast was built and which it
- * needs; NULL: none. */
+/* The function that undoes each compression, and the package that it needs if segcast was built
+ * without that; NULL: none is lacking. */
 static const struct {
     bool (*unpack)(const unsigned char *in, size_t in_bytes, unsigned char *out, size_t bytes,
                    char *why);
