@@ -43,7 +43,7 @@ typedef struct sc_still_options {
 typedef struct sc_convert_options {
     const char *to;          /**< format of a table or of a centre line */
     const char *begin, *end; /**< of a centre line */
-    const char *tissue;      /**< of a centre line or mesh */
+    const char *tissue;      /**< patterns of tissues: those of a mesh, or along a centre line */
     const char *simplify;    /**< of a mesh */
     bool middles;            /**< of a centre line */
     bool ct;                 /**< of the phantom: its synthetic CT image */
@@ -80,7 +80,7 @@ typedef struct sc_desk_options {
 typedef struct sc_settings {
     sc_setting all[SC_SETTINGS_MAX];
     size_t count;
-    sc_setting defaults[8]; /**< of the command; the job file wins over them */
+    sc_setting defaults[8]; /**< values that the command sets unless the job file has the key */
     size_t default_count;
 } sc_settings;
 
@@ -95,7 +95,7 @@ typedef struct sc_options {
     uint64_t max_memory_bytes; /**< --max-memory or SEGCAST_MAX_MEMORY; 0: not given */
     bool json, quiet, resume, overwrite;
     bool scan;     /**< the command reads all voxels, and tells all mistakes against them */
-    bool no_video; /**< the command makes no video, whatever the job says */
+    bool no_video; /**< the command makes no video, even if the job names one */
     sc_part_options part;
     sc_still_options still;
     sc_convert_options convert;

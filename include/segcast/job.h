@@ -193,7 +193,7 @@ typedef struct sc_volume_options {
     int phase;             /**< as of sc_read_choice; of a series that of the first phase */
     double resample_mm[3]; /**< along x, y, z; if given.volume_size, not read */
     int size[3];           /**< if given.volume_size: voxels along x, y, z, by nearest label */
-    bool is_replaced; /**< a setting gave another path than the file, which has a map of keys */
+    bool is_replaced;      /**< a setting replaced the path to which other keys of volume belong */
     char labels[SC_PATH_BYTES];                 /**< label table; empty: from the volume */
     int labels_format;                          /**< sc_table_format */
     int overlap;                                /**< sc_overlap */
@@ -230,7 +230,7 @@ typedef struct sc_overlay_lists {
     size_t tissue_count;
 } sc_overlay_lists;
 
-/** The shots of a film, and how long an animation is. */
+/** The shots of a film, and the duration of its animation. */
 typedef struct sc_film_options {
     struct sc_shot *shots; /**< [shot_count], owned: then the film consists of them,
                                 animation.frames is its length, and the rest of animation and

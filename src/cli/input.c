@@ -21,9 +21,9 @@ typedef enum kind {
  * whether there is such a file or directory. */
 static kind kind_of(const char *path, bool *exists)
 {
-    static const char *const jobs[] = {".yaml", ".yml"}, *const others[] = {
-                                                             ".h5", ".hdf5", ".mnc",
-                                                             ".mrml"}; /* of volumes */
+    static const char *const jobs[] = {".yaml", ".yml"};
+    /* unknown to sc_volume_stem_bytes: volumes, and files that their readers refuse with advice */
+    static const char *const others[] = {".h5", ".hdf5", ".mnc", ".mrml"};
     const size_t length = strlen(path);
     struct stat info;
 

@@ -109,8 +109,8 @@ static sc_status find_line(const sc_app *app, const sc_panel *panel, size_t v,
     const sc_line_wish wish = {
         patterns,       pattern_count, fly->through, (size_t)fly->through_count,
         fly->clearance, fly->where,    fly->middles};
-    const bool unknown =
-        pattern_count && app->options.check.fast; /* without voxels: any line will do */
+    /* without voxels any line stands for the one through the tissues */
+    const bool unknown = pattern_count && app->options.check.fast;
     size_t room = (size_t)fly->through_count * SC_WAY_STEPS + 1;
     SC_OWN(sc_centerline_clear) sc_centerline line = {0};
     sc_volume volume;

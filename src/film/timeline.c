@@ -76,8 +76,8 @@ static void warn_of_nothing(const sc_app *app, const sc_panel *panel)
             *where ? ": " : "", panel->shot ? " in this shot; its" : "; the");
 }
 
-/* Find the box around the tissue that the camera is focused on, if it is on one; without voxels
- * any box will do. */
+/* Find the box around the tissue that the camera is focused on, if it is on one. If no voxels are
+ * read, another box stands for it. */
 static sc_status find_focus(const sc_app *app, const sc_panel *panel, sc_optics *o)
 {
     const sc_pattern pattern = sc_pattern_of(o->pattern);

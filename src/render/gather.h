@@ -59,8 +59,8 @@ typedef struct sc_gather_place {
 typedef struct sc_gather_floor {
     size_t first;      /* number of the first of these places; the count of all without a floor */
     float (*light)[3]; /* [SC_FLOOR_SIDE][SC_FLOOR_SIDE] see sc_floor.light */
-    /* the light that a point gets if nothing blocks its rays. Every SC_FLOOR_PARTSth point of a row
-     * has the same, as it has the same normal and the same ray directions. */
+    /* the light that a point gets if nothing blocks its rays. Points of a row that are
+     * SC_FLOOR_PARTS apart get the same, since their normals and ray directions are the same. */
     float free[SC_FLOOR_SIDE][SC_FLOOR_PARTS][3];
 } sc_gather_floor;
 
@@ -70,7 +70,7 @@ typedef struct sc_gather_targets {
     sc_gather_part *parts; /* of all bricks */
     uint64_t *shown;       /* masks of the vertices that may be shown */
     uint8_t *far;          /* sc_brick_distances of these */
-    uint64_t *occupied;    /* as of sc_gather_march: what is met now; goes with the hits */
+    uint64_t *occupied;    /* as of sc_gather_march: what could be met when the hits were found */
     uint8_t *distances;    /* the same */
     bool *absent;        /* [SC_GATHER_RAYS][label_count]: what rays of a direction pass through */
     bool *absent_before; /* that of the hits */
@@ -121,7 +121,7 @@ typedef struct sc_gather {
     sc_gather_march march; /* borrows them */
     sc_gather_fn *follow;
     sc_gather_batch batch;
-    int32_t *hits[SC_GATHER_RAYS]; /* [count] the place that the ray of each meets, FREE or LOST */
+    int32_t *hits[SC_GATHER_RAYS]; /* [count] the place that a ray meets; SC_GATHER_FREE, _LOST */
     sc_gather_light light;
     sc_gather_known known;
 } sc_gather;

@@ -240,9 +240,9 @@ const sc_key sc_clip_keys[] = {
 
 /* ---- reading ---- */
 
-/* Append the tissues of @p list to job->tissues.exceptions, as exceptions of the plane with that
- * index in job->animation.sweeps, in one of its spans. @return the first mistake; all are logged.
- */
+/* Append the tissues of @p list to job->tissues.exceptions: the plane number @p plane of
+ * job->animation.sweeps does not cut them in its span number @p span. @return the first mistake;
+ * all are logged. */
 static sc_status read_exceptions(const sc_ctx *ctx, const sc_yaml *list, int plane, int span,
                                  sc_job *job)
 {
