@@ -112,7 +112,7 @@ static sc_column column_of_two(char *letters)
 
 static char lower(char c)
 {
-    return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c;
+    return (char)tolower((unsigned char)c);
 }
 
 /* Copy the letters and digits of a heading to letters[bytes], in lower case, without what stands in
