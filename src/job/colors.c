@@ -93,23 +93,25 @@ static sc_status write_color(const sc_ctx *ctx, const sc_key *key, const void *v
     return sc_text_add(ctx, text, "[%d, %d, %d]", rgb[0], rgb[1], rgb[2]);
 }
 
-/* Names as the table writes them, so that editors complete them; digits; or three numbers. */
-static json_t *color_schema(const sc_key *key)
+/* Names as the table writes them, so that editors complete them. */
+static size_t list_names(const sc_key *key, const char **words)
 {
-    const char *words[SC_COLOR_NAMES];
-
     sc_color_names(words);
-    return json_pack("{s:[o, {s:s, s:s}, o]}", "anyOf", sc_words_schema(words, SC_COLOR_NAMES),
-                     "type", "string", "pattern", "^#([0-9a-fA-F]{3}|[0-9a-fA-F]{6})$",
-                     sc_list_schema("number", 0, 255, 3));
+    return SC_COLOR_NAMES;
 }
+
+#define COLOR_SCHEMA                                                                               \
+    "{anyOf: [$words, {type: string, pattern: "                                                    \
+    "'^#([0-9a-fA-F]{3}|[0-9a-fA-F]{6})$'}, " SC_SCHEMA_LIST(                                      \
+        "{type: number, minimum: 0, maximum: 255}", 3) "]}"
 
 const sc_value_type sc_type_color = {
     .name = "colour",
     .expected = COLOR_EXPECTED,
     .read = read_color,
     .write = write_color,
-    .make_schema = color_schema,
+    .list_words = list_names,
+    .schema = COLOR_SCHEMA,
 };
 
 /* sc_vec3: a colour that is a value of key frames, in levels from 0 to 255. */
@@ -151,7 +153,8 @@ const sc_value_type sc_type_color_levels = {
     .expected = COLOR_EXPECTED,
     .read = read_levels,
     .write = write_levels,
-    .make_schema = color_schema,
+    .list_words = list_names,
+    .schema = COLOR_SCHEMA,
 };
 
 /* A colour becomes the first of its key frames. */

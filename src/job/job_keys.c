@@ -228,8 +228,8 @@ static const sc_key animation_keys[] = {
      .help =
          "the three regular slices beside the picture, and where they cross: a point in RAS mm, or "
          "how far they are on the way through what is visible; through: they go all of that way",
-     .given = SC_GIVEN(sc_job, animation.slices.is_given), .without = "none",
-     .option = &(const sc_key_option){"point", "R,A,S", "still"}},
+     .low = -1e6, .high = 1e6, .given = SC_GIVEN(sc_job, animation.slices.is_given),
+     .without = "none", .option = &(const sc_key_option){"point", "R,A,S", "still"}},
     {0}};
 
 /* ---- farm ---- */

@@ -15,6 +15,8 @@
 
 typedef struct sc_key sc_key;
 
+enum { SC_WORDS_MAX = 160 }; /* of which a value may be one */
+
 /* How a value holds further values. */
 typedef enum sc_container {
     SC_CONTAINER_NONE, /* it holds none: a single value, or a list of fixed length */
@@ -47,10 +49,11 @@ typedef struct sc_value_type {
      */
     sc_status (*write_lines)(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                              unsigned parts, sc_text *text);
+    /* Fill @p words, which has room for SC_WORDS_MAX, with the words that the value may be, but for
+     * those that the schema names itself. NULL: there are none. @return their number. */
+    size_t (*list_words)(const sc_key *key, const char **words);
     /* The JSON schema of the value, by which editors check it: YAML, as of sc_type_schema. */
     const char *schema;
-    /* The same for what a text cannot say. @return a new reference; NULL when out of memory. */
-    json_t *(*make_schema)(const sc_key *key);
     sc_container container;
 } sc_value_type;
 
@@ -363,11 +366,6 @@ sc_status sc_unknown_word(const sc_ctx *ctx, const sc_yaml *node, const char *wo
  * type expects. @param word the value as it was compared with them. @return as sc_yaml_fail. */
 sc_status sc_no_such_word(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                           const char *word, const char *const *words, size_t count);
-/* @return a new JSON schema of a value that is one of the @p words; NULL when out of memory. */
-json_t *sc_words_schema(const char *const *words, size_t count);
-/* @return a new JSON schema of a list of @p count numbers of the JSON type @p type from @p low to
- * @p high; NULL when out of memory. */
-json_t *sc_list_schema(const char *type, double low, double high, int count);
 /* Store "file:line" of a node in @p where, for messages after the tree has been freed. Three dots
  * stand for the beginning of a path that is too long for where[size]. @p size is at least 32. */
 void sc_note_where(const sc_yaml *node, char *where, size_t size);
@@ -382,9 +380,6 @@ sc_status sc_read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
 /* Append those of list[count] that are named for @p of as a list, [a, "b*"]. */
 sc_status sc_write_tissues(const sc_ctx *ctx, const sc_named_tissue *list, size_t count, int of,
                            sc_text *text);
-/* @return a new JSON schema of a tissue or of a list of them, at least @p least; NULL when out of
- * memory. */
-json_t *sc_tissues_schema(int least);
 /* Append an item of a list, a text in quotes. *comma stands before it: "" or "[" at first. */
 sc_status sc_write_item(const sc_ctx *ctx, const char **comma, const char *value, sc_text *text);
 /* Store "file:line: key" of a node in @p where, for messages of what its value names; of a setting
@@ -407,19 +402,19 @@ const char *sc_setting_element(const char *path, char *element, size_t size);
 /* ---- schema.c ---- */
 
 /* @return a new JSON schema of a value of @p type in the row @p key: its YAML, in which $low and
- * $high stand for the range of the row, $keys for a map with its keys, $constant for a value
- * without key frames, $track for key frames of it, $tissues for a tissue or a list of some, and
- * $NAME for what the type of that name takes in this row (see the table in schema.c). NULL when out
- * of memory. */
+ * $high stand for the range of the row, $words for those of the type, $keys for a map with the keys
+ * of the row, $constant for a value without key frames, $track for key frames of it, and other
+ * names for what the tables in schema.c say. NULL when out of memory. */
 json_t *sc_type_schema(const sc_value_type *type, const sc_key *key);
-/* @return the schema of key frames. @param key as of sc_read_key_frames. */
-json_t *sc_key_frames_schema(const sc_key *key);
 /* Such texts, or parts of them: a value that may have key frames, a number in the range of the row,
- * and a list of so many of something. */
+ * a list of so many of something, a tissue, and a tissue or a list of some. */
 #define SC_SCHEMA_TRACKED "{anyOf: [$constant, $track]}"
 #define SC_SCHEMA_NUMBER "{type: number, minimum: $low, maximum: $high}"
 #define SC_SCHEMA_LIST(item, count)                                                                \
     "{type: array, items: " item ", minItems: " #count ", maxItems: " #count "}"
+#define SC_SCHEMA_TISSUE "{type: [string, integer]}"
+#define SC_SCHEMA_TISSUES                                                                          \
+    "{anyOf: [" SC_SCHEMA_TISSUE ", {type: array, minItems: 1, items: " SC_SCHEMA_TISSUE "}]}"
 /* @return a new JSON schema of a map with the rows of @p keys; NULL when out of memory. */
 json_t *sc_keys_schema(const sc_key *keys);
 

@@ -7,6 +7,8 @@
  * and then the whole becomes NULL, too. */
 #include "key.h"
 
+#include <math.h>
+
 /* @return the default as JSON; NULL if there is none. */
 static json_t *default_of(const sc_key *key)
 {
@@ -21,27 +23,56 @@ static json_t *default_of(const sc_key *key)
 
 /* ---- schemas as text ---- */
 
-static json_t *tissues_of(const sc_key *key)
-{
-    return sc_tissues_schema(1);
-}
-
 static json_t *keys_of(const sc_key *key)
 {
     return sc_keys_schema(key->keys);
 }
 
-static json_t *track_schema(const sc_key *value)
-{
-    sc_key key = *value;
+/* The times of key frames, for editors. */
+#define TIME_PATTERN "^([0-9.]+ *(%|f|frames?|s|ms|min)|[0-9]+:[0-5][0-9](\\.[0-9]+)?)$"
 
-    key.type = sc_type_of_frames(value);
-    return sc_key_frames_schema(&key);
+static json_t *track_of(const sc_key *key)
+{
+    const sc_value_type *type = sc_type_of_frames(key);
+
+    if (type->steps)
+        return json_pack("{s:s, s:{s:o}, s:b}", "type", "object", "patternProperties", TIME_PATTERN,
+                         sc_type_schema(type, key), "additionalProperties", 0);
+    return json_pack("{s:s, s:{s:{s:[o, {s:s, s:{s:o, s:o}, s:[s], s:b}]}}, s:{s:o}, s:b}", "type",
+                     "object", "patternProperties", TIME_PATTERN, "anyOf",
+                     sc_type_schema(type, key), "type", "object", "properties", "value",
+                     sc_type_schema(type, key), "ease", sc_type_schema(&sc_type_ease, key),
+                     "required", "value", "additionalProperties", 0, "properties", "ease",
+                     sc_type_schema(&sc_type_ease, key), "additionalProperties", 0);
 }
 
-static json_t *constant_schema(const sc_key *key)
+static json_t *constant_of(const sc_key *key)
 {
     return sc_type_schema(sc_constant_of(key), key);
+}
+
+/* Remove from the schema of a map what a shot cannot have. */
+static void drop_film_keys(const sc_key *keys, json_t *schema)
+{
+    json_t *properties = json_object_get(schema, "properties");
+
+    for (const sc_key *key = keys; key->name && properties; key++) {
+        if (key->of_film)
+            json_object_del(properties, key->name);
+        else if (key->keys && key->type->container == SC_CONTAINER_MAP)
+            drop_film_keys(key->keys, json_object_get(properties, key->name));
+        else if (key->keys && key->type->container == SC_CONTAINER_DICT)
+            drop_film_keys(key->keys, json_object_get(json_object_get(properties, key->name),
+                                                      "additionalProperties"));
+    }
+}
+
+static json_t *shot_of(const sc_key *key)
+{
+    json_t *shot = sc_keys_schema(key->keys);
+
+    drop_film_keys(key->keys, shot);
+    return shot;
 }
 
 /* What a name in the text of a schema stands for: a type, or a function. */
@@ -51,35 +82,69 @@ static const struct {
     json_t *(*make)(const sc_key *key);
 } parts[] = {{"$bool", &sc_type_bool, NULL},
              {"$choice", &sc_type_choice, NULL},
-             {"$constant", NULL, constant_schema},
+             {"$constant", NULL, constant_of},
              {"$color", &sc_type_color, NULL},
              {"$duration", &sc_type_duration, NULL},
              {"$int", &sc_type_int, NULL},
              {"$keys", NULL, keys_of},
              {"$point", &sc_type_point, NULL},
              {"$position", &sc_type_plane_position, NULL},
+             {"$share", &sc_type_share, NULL},
+             {"$shot", NULL, shot_of},
              {"$text", &sc_type_text, NULL},
-             {"$tissues", NULL, tissues_of},
-             {"$track", NULL, track_schema}};
+             {"$track", NULL, track_of}};
 
-static json_t *build(const sc_yaml *node, const sc_key *key)
+/* @return the schema of the words of a type. */
+static json_t *words_of(const sc_value_type *type, const sc_key *key)
+{
+    const char *words[SC_WORDS_MAX];
+    const size_t count = type->list_words(key, words);
+    json_t *list = json_array();
+
+    for (size_t i = 0; i < count; i++)
+        json_array_append_new(list, json_string(words[i]));
+    return json_pack("{s:o}", "enum", list);
+}
+
+/* @return what a name in the text of the schema of @p type stands for; NULL also if nothing has it.
+ */
+static json_t *named(const char *name, const sc_value_type *type, const sc_key *key)
+{
+    const struct {
+        const char *name;
+        double value;
+    } numbers[] = {{"$low", key->low},
+                   {"$high", key->high},
+                   {"$bytes_most", (double)key->bytes - 1},
+                   {"$points_most", SC_THROUGH_MAX},
+                   {"$shots_most", SC_SHOTS_MAX},
+                   {"$others_most", SC_SUBJECTS_MAX - 1},
+                   {"$verbs_most", SC_VERBS_MAX}};
+
+    if (!strcmp(name, "$words"))
+        return words_of(type, key);
+    for (size_t i = 0; i < SC_COUNT_OF(numbers); i++) {
+        const double value = numbers[i].value;
+
+        if (!strcmp(name, numbers[i].name))
+            return value == floor(value) ? json_integer((json_int_t)value) : json_real(value);
+    }
+    for (size_t i = 0; i < SC_COUNT_OF(parts); i++) {
+        if (!strcmp(name, parts[i].name))
+            return parts[i].type ? sc_type_schema(parts[i].type, key) : parts[i].make(key);
+    }
+    return NULL;
+}
+
+static json_t *build(const sc_yaml *node, const sc_value_type *type, const sc_key *key)
 {
     json_t *json;
 
-    if (node->kind == SC_YAML_SCALAR && node->text[0] == '$') {
-        if (!strcmp(node->text, "$low") || !strcmp(node->text, "$high"))
-            return json_real(node->text[1] == 'l' ? key->low : key->high);
-        for (size_t i = 0; i < SC_COUNT_OF(parts); i++) {
-            if (!strcmp(node->text, parts[i].name))
-                return parts[i].type ? sc_type_schema(parts[i].type, key) : parts[i].make(key);
-        }
-        return NULL;
-    }
     if (node->kind == SC_YAML_SCALAR)
-        return sc_node_to_json(node);
+        return node->text[0] == '$' ? named(node->text, type, key) : sc_node_to_json(node);
     json = node->kind == SC_YAML_MAP ? json_object() : json_array();
     for (size_t i = 0; i < node->count; i++) {
-        json_t *item = build(node->items[i], key);
+        json_t *item = build(node->items[i], type, key);
 
         if (node->kind == SC_YAML_MAP ? json_object_set_new(json, node->items[i]->key, item)
                                       : json_array_append_new(json, item)) {
@@ -95,27 +160,9 @@ json_t *sc_type_schema(const sc_value_type *type, const sc_key *key)
     const sc_ctx silent = {.rank = 0};
     SC_OWN(sc_yaml_free_at) sc_yaml *node = NULL;
 
-    if (type->make_schema)
-        return type->make_schema(key);
     return sc_yaml_parse(&silent, "schema", type->schema, strlen(type->schema), &node) == SC_OK
-               ? build(node, key)
+               ? build(node, type, key)
                : NULL;
-}
-
-/* The times of key frames, for editors. */
-#define TIME_PATTERN "^([0-9.]+ *(%|f|frames?|s|ms|min)|[0-9]+:[0-5][0-9](\\.[0-9]+)?)$"
-
-json_t *sc_key_frames_schema(const sc_key *key)
-{
-    if (key->type->steps)
-        return json_pack("{s:s, s:{s:o}, s:b}", "type", "object", "patternProperties", TIME_PATTERN,
-                         sc_type_schema(key->type, key), "additionalProperties", 0);
-    return json_pack("{s:s, s:{s:{s:[o, {s:s, s:{s:o, s:o}, s:[s], s:b}]}}, s:{s:o}, s:b}", "type",
-                     "object", "patternProperties", TIME_PATTERN, "anyOf",
-                     sc_type_schema(key->type, key), "type", "object", "properties", "value",
-                     sc_type_schema(key->type, key), "ease", sc_type_schema(&sc_type_ease, key),
-                     "required", "value", "additionalProperties", 0, "properties", "ease",
-                     sc_type_schema(&sc_type_ease, key), "additionalProperties", 0);
 }
 
 /* ---- schemas of tables ---- */

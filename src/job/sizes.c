@@ -15,11 +15,12 @@ static const struct {
              {"uhd", {3840, 2160}},      {"vertical-4k", {2160, 3840}}, {"portrait", {1080, 1920}},
              {"landscape", {1920, 1080}}};
 
-/* Fill words[SC_COUNT_OF(names)] with the names of the table. */
-static void list_names(const char **words)
+/* The names of the table. */
+static size_t list_names(const sc_key *key, const char **words)
 {
     for (size_t i = 0; i < SC_COUNT_OF(names); i++)
         words[i] = names[i].name;
+    return SC_COUNT_OF(names);
 }
 
 /* @return how many bytes the sign between two numbers has at @p text: x, X, * or the sign of
@@ -63,7 +64,7 @@ static sc_status read_word(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
             return SC_OK;
         }
     }
-    list_names(words);
+    (void)list_names(key, words);
     /* One or two letters would be near to every short name. */
     return sc_no_such_word(ctx, key, node, node->text, words,
                            strlen(node->text) > 2 ? SC_COUNT_OF(words) : 0);
@@ -101,24 +102,16 @@ static sc_status write_size(const sc_ctx *ctx, const sc_key *key, const void *va
     return sc_text_add(ctx, text, "[%d, %d]", size[0], size[1]);
 }
 
-static json_t *size_schema(const sc_key *key)
-{
-    const char *words[SC_COUNT_OF(names)];
-
-    list_names(words);
-    return json_pack("{s:[o, o, {s:s, s:s}]}", "anyOf",
-                     sc_list_schema("integer", key->low, key->high, 2),
-                     sc_words_schema(words, SC_COUNT_OF(words)), "type", "string", "pattern",
-                     "^[0-9]+ *[xX*\u00d7] *[0-9]+$");
-}
-
 const sc_value_type sc_type_size = {
     .name = "[width, height]",
     .expected = "[width, height] or WxH in pixels, whole numbers from 16 to 16384, or a name such "
                 "as 1080p, 4k, square or vertical",
     .read = read_size,
     .write = write_size,
-    .make_schema = size_schema,
+    .list_words = list_names,
+    .schema = "{anyOf: [" SC_SCHEMA_LIST(
+        "{type: integer, minimum: $low, maximum: $high}",
+        2) ", $words, {type: string, pattern: '^[0-9]+ *[xX*\u00d7] *[0-9]+$'}]}",
 };
 
 bool sc_parse_voxels(const char *text, int size[3])

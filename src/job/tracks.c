@@ -44,10 +44,10 @@ static sc_status write_ease(const sc_ctx *ctx, const sc_key *key, const void *va
     return sc_write_numbers(ctx, ease->bezier, 4, text);
 }
 
-static json_t *ease_schema(const sc_key *key)
+static size_t list_eases(const sc_key *key, const char **words)
 {
-    return json_pack("{s:[o, o]}", "anyOf", sc_words_schema(ease_words, SC_COUNT_OF(ease_words)),
-                     sc_list_schema("number", 0, 1, 4));
+    memcpy(words, ease_words, sizeof ease_words);
+    return SC_COUNT_OF(ease_words);
 }
 
 const sc_value_type sc_type_ease = {
@@ -56,7 +56,8 @@ const sc_value_type sc_type_ease = {
         "linear, smooth, in, out, or the points [x1, y1, x2, y2] of a curve, each from 0 to 1",
     .read = read_ease,
     .write = write_ease,
-    .make_schema = ease_schema,
+    .list_words = list_eases,
+    .schema = "{anyOf: [$words, " SC_SCHEMA_LIST("{type: number, minimum: 0, maximum: 1}", 4) "]}",
 };
 
 /* ---- tracks ---- */

@@ -92,15 +92,6 @@ sc_status sc_no_such_word(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
                    : sc_wrong_type(ctx, node, key->type->expected);
 }
 
-json_t *sc_words_schema(const char *const *words, size_t count)
-{
-    json_t *list = json_array();
-
-    for (size_t i = 0; i < count; i++)
-        json_array_append_new(list, json_string(words[i]));
-    return json_pack("{s:o}", "enum", list);
-}
-
 /* Copy @p text to out[size]. If it does not fit, three dots stand for what is left out: the
  * beginning if @p keep_end, else the end. No character of UTF-8 is cut in two. */
 static void copy_shortened(const char *text, bool keep_end, char *out, size_t size)
@@ -184,11 +175,6 @@ sc_status sc_read_real(const sc_ctx *ctx, const sc_yaml *node, double low, doubl
     }
     *out = value;
     return SC_OK;
-}
-
-static json_t *number_schema(const char *type, double low, double high)
-{
-    return json_pack("{s:s, s:f, s:f}", "type", type, "minimum", low, "maximum", high);
 }
 
 static sc_status read_real(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
@@ -346,46 +332,40 @@ sc_status sc_write_tissues(const sc_ctx *ctx, const sc_named_tissue *list, size_
     return sc_text_add(ctx, text, "]");
 }
 
-json_t *sc_tissues_schema(int least)
-{
-    return json_pack("{s:[{s:[ss]}, {s:s, s:i, s:{s:[ss]}}]}", "anyOf", "type", "string", "integer",
-                     "type", "array", "minItems", least, "items", "type", "string", "integer");
-}
-
 static sc_status write_text(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
     return sc_write_quoted(ctx, value, text);
 }
 
-static json_t *text_schema(const sc_key *key)
+/* The words of a choice. */
+static size_t list_choices(const sc_key *key, const char **words)
 {
-    return json_pack("{s:s, s:I}", "type", "string", "maxLength", (json_int_t)(key->bytes - 1));
+    size_t count = 0;
+
+    while ((words[count] = key->words ? key->words[count] : key->choices[count].word) != NULL)
+        count++;
+    return count;
 }
 
-/* @return word number @p i of a choice, or NULL after the last. @param value what it stands for. */
-static const char *choice_word(const sc_key *key, size_t i, int *value)
+/* @return what word number @p i of a choice stands for. */
+static int choice_value(const sc_key *key, size_t i)
 {
-    *value = key->words ? (int)i : key->choices[i].value;
-    return key->words ? key->words[i] : key->choices[i].word;
+    return key->words ? (int)i : key->choices[i].value;
 }
-
-enum { WORDS_MAX = 32 };
 
 /* int: the number that stands for one of the words of the row. */
 static sc_status read_choice(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    const char *words[WORDS_MAX], *word;
-    size_t count = 0;
-    int number;
+    const char *words[SC_WORDS_MAX];
+    const size_t count = list_choices(key, words);
 
     if (node->kind != SC_YAML_SCALAR)
         return sc_wrong_type(ctx, node, key->type->expected);
-    while (count < WORDS_MAX && (word = choice_word(key, count, &number)) != NULL) {
-        if (!strcmp(node->text, word)) {
-            *(int *)value = number;
+    for (size_t i = 0; i < count; i++) {
+        if (!strcmp(node->text, words[i])) {
+            *(int *)value = choice_value(key, i);
             return SC_OK;
         }
-        words[count++] = word;
     }
     return sc_unknown_word(ctx, node, node->text, words, count);
 }
@@ -394,26 +374,15 @@ static sc_status read_choice(const sc_ctx *ctx, const sc_key *key, const sc_yaml
 static sc_status write_choice(const sc_ctx *ctx, const sc_key *key, const void *value,
                               sc_text *text)
 {
-    const char *word;
-    int number;
+    const char *words[SC_WORDS_MAX];
+    const size_t count = list_choices(key, words);
 
-    for (size_t i = 0; (word = choice_word(key, i, &number)) != NULL; i++) {
-        if (number == *(const int *)value)
-            return sc_text_add(ctx, text, "%s", word);
+    for (size_t i = 0; i < count; i++) {
+        if (choice_value(key, i) == *(const int *)value)
+            return sc_text_add(ctx, text, "%s", words[i]);
     }
     return sc_fail(ctx, SC_ERR_INTERNAL, "%s holds %d, which no word stands for", key->name,
                    *(const int *)value);
-}
-
-static json_t *choice_schema(const sc_key *key)
-{
-    const char *words[WORDS_MAX], *word;
-    size_t count = 0;
-    int number;
-
-    while (count < WORDS_MAX && (word = choice_word(key, count, &number)) != NULL)
-        words[count++] = word;
-    return sc_words_schema(words, count);
 }
 
 /* ---- lists of numbers ---- */
@@ -445,12 +414,6 @@ sc_status sc_read_numbers(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
     return SC_OK;
 }
 
-json_t *sc_list_schema(const char *type, double low, double high, int count)
-{
-    return json_pack("{s:s, s:o, s:i, s:i}", "type", "array", "items",
-                     number_schema(type, low, high), "minItems", count, "maxItems", count);
-}
-
 /* sc_vec3: "[x, y, z]" or "x,y,z". */
 static sc_status read_point(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
@@ -469,18 +432,26 @@ static sc_status write_point(const sc_ctx *ctx, const sc_key *key, const void *v
     return sc_write_numbers(ctx, (double[]){p->x, p->y, p->z}, 3, text);
 }
 
+static size_t list_directions(const sc_key *key, const char **words)
+{
+    size_t count;
+    const char *const *all = sc_anatomical_words(&count);
+
+    memcpy(words, all, count * sizeof *words);
+    return count;
+}
+
 /* sc_vec3 of length 1: an anatomical word, or three numbers that are not all 0, as read_point. */
 static sc_status read_direction(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                 void *value)
 {
+    const char *words[SC_WORDS_MAX];
     sc_vec3 direction;
-    size_t count;
-    const char *const *words = sc_anatomical_words(&count);
 
     if (node->kind == SC_YAML_SCALAR && !strchr(node->text, ',')) {
         if (sc_anatomical_direction(node->text, value))
             return SC_OK;
-        return sc_unknown_word(ctx, node, node->text, words, count);
+        return sc_unknown_word(ctx, node, node->text, words, list_directions(key, words));
     }
     SC_PASS(read_point(ctx, key, node, &direction));
     if (sc_vec3_length(direction) < 1e-9)
@@ -491,16 +462,6 @@ static sc_status read_direction(const sc_ctx *ctx, const sc_key *key, const sc_y
         direction = sc_vec3_unit(direction);
     *(sc_vec3 *)value = direction;
     return SC_OK;
-}
-
-/* One of the anatomical words, or three numbers. */
-static json_t *direction_schema(const sc_key *key)
-{
-    size_t count;
-    const char *const *words = sc_anatomical_words(&count);
-
-    return json_pack("{s:[o, o]}", "anyOf", sc_words_schema(words, count),
-                     sc_list_schema("number", key->low, key->high, 3));
 }
 
 const sc_value_type sc_type_bool = {
@@ -529,14 +490,15 @@ const sc_value_type sc_type_text = {
     .expected = "a text",
     .read = read_text,
     .write = write_text,
-    .make_schema = text_schema,
+    .schema = "{type: string, maxLength: $bytes_most}",
 };
 const sc_value_type sc_type_choice = {
     .name = "word",
     .expected = "a word",
     .read = read_choice,
     .write = write_choice,
-    .make_schema = choice_schema,
+    .list_words = list_choices,
+    .schema = "$words",
 };
 const sc_value_type sc_type_point = {
     .name = "[R, A, S]",
@@ -550,5 +512,6 @@ const sc_value_type sc_type_direction = {
     .expected = "an anatomical word or [x, y, z]",
     .read = read_direction,
     .write = write_point,
-    .make_schema = direction_schema,
+    .list_words = list_directions,
+    .schema = "{anyOf: [$words, " SC_SCHEMA_LIST(SC_SCHEMA_NUMBER, 3) "]}",
 };

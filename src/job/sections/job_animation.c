@@ -10,8 +10,6 @@ static const sc_choice projections[] = {{"perspective", SC_PERSPECTIVE},
 
 /* ---- focus ---- */
 
-static const sc_key focus_row = {.name = "focus", .type = &sc_type_point, .low = -1e6, .high = 1e6};
-
 /* sc_optics: middle, the name of a tissue, or a point. */
 static sc_status read_focus(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
@@ -19,7 +17,7 @@ static sc_status read_focus(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
 
     if (node->kind == SC_YAML_LIST) {
         o->focus = SC_FOCUS_POINT;
-        return focus_row.type->read(ctx, &focus_row, node, &o->focus_mm);
+        return sc_type_point.read(ctx, key, node, &o->focus_mm);
     }
     o->focus = SC_FOCUS_MIDDLE;
     if (node->kind == SC_YAML_SCALAR && !strcmp(node->text, "middle"))
@@ -34,15 +32,9 @@ static sc_status write_focus(const sc_ctx *ctx, const sc_key *key, const void *v
     const char *comma = "";
 
     if (o->focus == SC_FOCUS_POINT)
-        return focus_row.type->write(ctx, &focus_row, &o->focus_mm, text);
+        return sc_type_point.write(ctx, key, &o->focus_mm, text);
     return o->focus == SC_FOCUS_MIDDLE ? sc_text_add(ctx, text, "middle")
                                        : sc_write_item(ctx, &comma, o->pattern, text);
-}
-
-static json_t *focus_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:[ss]}, o]}", "anyOf", "type", "string", "integer",
-                     sc_type_schema(focus_row.type, &focus_row));
 }
 
 static const sc_value_type focus_type = {
@@ -50,7 +42,7 @@ static const sc_value_type focus_type = {
     .expected = "middle, the name or the number of a tissue, or a point [R, A, S]",
     .read = read_focus,
     .write = write_focus,
-    .make_schema = focus_schema,
+    .schema = "{anyOf: [" SC_SCHEMA_TISSUE ", $point]}",
 };
 
 /* ---- camera ---- */
@@ -118,7 +110,8 @@ const sc_key sc_camera_keys[] = {
              "the focus; 0: everything is sharp; for projection: perspective",
      .high = 1e4, .unit = "mm"},
     {"focus", &focus_type, CAMERA(optics), "middle",
-     .help = "what is sharp with an aperture: the middle of what is visible, a tissue, or a point"},
+     .help = "what is sharp with an aperture: the middle of what is visible, a tissue, or a point",
+     .low = -1e6, .high = 1e6},
     {"shutter", &sc_type_real, CAMERA(optics.shutter), "0",
      .help = "how long the shutter is open, as a share of the time from a frame to the next: what "
              "moves is blurred; 0: nothing is, 0.5: as films are used to",
@@ -206,17 +199,14 @@ static sc_status write_slices(const sc_ctx *ctx, const sc_key *key, const void *
                              : share_row.type->write(ctx, &share_row, &slices->share, text);
 }
 
-static json_t *slices_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:[ss]}, o, o]}", "anyOf", "enum", "none", "through",
-                     sc_type_schema(point_row.type, &point_row),
-                     sc_type_schema(share_row.type, &share_row));
-}
+/* For editors: a share or a point. */
+static const sc_value_type type_place = {.schema = "{anyOf: [$share, $point]}"};
 
 const sc_value_type sc_type_slices = {
     .name = "none, through, share, [R, A, S] or key frames",
     .expected = "none, through, a share such as 40%, a point [R, A, S], or key frames of such",
     .read = read_slices,
     .write = write_slices,
-    .make_schema = slices_schema,
+    .of_key_frames = &type_place,
+    .schema = "{anyOf: [{enum: [none, through]}, $share, $point, $track]}",
 };

@@ -148,21 +148,17 @@ static sc_status read_list(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     return sc_yaml_copy(ctx, node, (sc_yaml **)value);
 }
 
+#define LIST_SCHEMA "{type: array, items: {type: string}}"
+
 static const sc_value_type type_key_list = {
     .name = "list of tissues",
     .expected = "a list of tissues, such as [aorta] or []",
     .steps = true,
     .read = read_list,
-    .schema = "{type: array, items: {type: string}}",
+    .schema = LIST_SCHEMA,
 };
 
 static const sc_key except_key = {.name = "except", .type = &type_key_list};
-
-static json_t *except_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, o]}", "anyOf", sc_type_schema(&type_key_list, key),
-                     sc_key_frames_schema(&except_key));
-}
 
 /* Keep the node, which read_entry reads for each plane of the entry. */
 static sc_status keep_except(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
@@ -211,7 +207,8 @@ static const sc_value_type type_except = {
     .expected = "a list of tissues, or key frames of such",
     .read = keep_except,
     .write = write_except,
-    .make_schema = except_schema,
+    .of_key_frames = &type_key_list,
+    .schema = "{anyOf: [" LIST_SCHEMA ", $track]}",
 };
 
 const sc_key sc_clip_keys[] = {

@@ -56,7 +56,6 @@ static sc_key heading_of(const sc_key *key)
     sc_key out = *key;
 
     out.type = &sc_type_text;
-    out.bytes = SC_NAME_BYTES;
     return out;
 }
 
@@ -88,20 +87,13 @@ static sc_status write_columns(const sc_ctx *ctx, const sc_key *key, const void 
                              : sc_type_text.write(ctx, key, value, text);
 }
 
-static json_t *columns_schema(const sc_key *key)
-{
-    const sc_key heading = heading_of(key);
-
-    return json_pack("{s:[o, o]}", "anyOf", sc_type_schema(&sc_type_text, key),
-                     sc_key_frames_schema(&heading));
-}
-
 static const sc_value_type type_columns = {
     .name = "text or key frames",
     .expected = "a text, or key frames such as {0s: age_20, 4s: age_40}",
     .read = read_columns,
     .write = write_columns,
-    .make_schema = columns_schema,
+    .of_key_frames = &sc_type_text,
+    .schema = "{anyOf: [$text, $track]}",
 };
 
 /* ---- measures and maps ---- */

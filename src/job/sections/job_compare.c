@@ -84,20 +84,14 @@ static sc_status write_subjects(const sc_ctx *ctx, const sc_key *key, const void
     return sc_text_add(ctx, text, "]");
 }
 
-static json_t *subjects_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s}, {s:s, s:i, s:i, s:{s:[{s:s}, o]}}]}", "anyOf", "type", "string",
-                     "type", "array", "minItems", 1, "maxItems", SC_SUBJECTS_MAX - 1, "items",
-                     "anyOf", "type", "string", sc_keys_schema(key->keys));
-}
-
 static const sc_value_type type_subjects = {
     .name = "path or list of volumes",
     .expected =
         "the path of a volume, or a list of volumes, such as - {volume: after.nrrd, name: after}",
     .read = read_subjects,
     .write = write_subjects,
-    .make_schema = subjects_schema,
+    .schema = "{anyOf: [{type: string}, {type: array, minItems: 1, maxItems: $others_most, items: "
+              "{anyOf: [{type: string}, $keys]}}]}",
     .container = SC_CONTAINER_LIST,
 };
 

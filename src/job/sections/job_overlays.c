@@ -136,17 +136,12 @@ static sc_status write_overlay_tissues(const sc_ctx *ctx, const sc_key *key, con
                             use_of(key), text);
 }
 
-static json_t *overlay_tissues_schema(const sc_key *key)
-{
-    return sc_tissues_schema(use_of(key) == SC_USE_LEGEND);
-}
-
 static const sc_value_type type_named_tissues = {
     .name = "none, all or tissues",
     .expected = "none, all, or a list of tissues: names, globs or label numbers",
     .read = read_overlay_tissues,
     .write = write_overlay_tissues,
-    .make_schema = overlay_tissues_schema,
+    .schema = "{anyOf: [" SC_SCHEMA_TISSUE ", {type: array, items: " SC_SCHEMA_TISSUE "}]}",
 };
 
 /* ---- what stands at a place ---- */
@@ -175,17 +170,11 @@ static const char *place_word(int place)
     return caption_places[place - SC_PLACE_TOP_LEFT].word;
 }
 
-/* @return the schema of a map with up to @p most places. @param what of what stands there. */
-static json_t *places_schema(json_t *what, int most)
-{
-    json_t *all = json_object();
-
-    for (const sc_choice *place = caption_places; place->word; place++)
-        (void)json_object_set(all, place->word, what);
-    json_decref(what);
-    return json_pack("{s:s, s:o, s:b, s:i, s:i}", "type", "object", "properties", all,
-                     "additionalProperties", 0, "minProperties", 1, "maxProperties", most);
-}
+/* The schema of a map with up to @p most places. @param what the schema of what stands there. */
+#define SCHEMA_PLACES(what, most)                                                                  \
+    "{type: object, properties: {top-left: " what ", top: " what ", top-right: " what              \
+    ", bottom-left: " what ", bottom: " what ", bottom-right: " what                               \
+    "}, additionalProperties: false, minProperties: 1, maxProperties: " #most "}"
 
 /* A place, or one with the tissues of the legend. @p value is the whole sc_job. */
 static sc_status read_legend(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
@@ -212,18 +201,12 @@ static sc_status write_legend(const sc_ctx *ctx, const sc_key *key, const void *
     return sc_text_add(ctx, text, "}");
 }
 
-static json_t *legend_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, o]}", "anyOf", sc_type_schema(&sc_type_choice, key),
-                     places_schema(overlay_tissues_schema(key), 1));
-}
-
 static const sc_value_type type_legend = {
     .name = "place, or {place: tissues}",
     .expected = "none, a place such as top-left, or {top-left: [aorta, \"*atrium\"]}",
     .read = read_legend,
     .write = write_legend,
-    .make_schema = legend_schema,
+    .schema = "{anyOf: [$choice, " SCHEMA_PLACES(SC_SCHEMA_TISSUES, 1) "]}",
 };
 
 /* A path, or a place with one. @p value is the whole sc_job. */
@@ -247,18 +230,12 @@ static sc_status write_logo(const sc_ctx *ctx, const sc_key *key, const void *va
     return sc_text_add(ctx, text, "}");
 }
 
-static json_t *logo_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s}, o]}", "anyOf", "type", "string",
-                     places_schema(sc_type_schema(&sc_type_text, key), 1));
-}
-
 static const sc_value_type type_logo = {
     .name = "text, or {place: text}",
     .expected = "the path of a PNG file, or {bottom-left: logo.png}",
     .read = read_logo,
     .write = write_logo,
-    .make_schema = logo_schema,
+    .schema = "{anyOf: [{type: string}, " SCHEMA_PLACES("$text", 1) "]}",
 };
 
 /* ---- captions ---- */
@@ -402,22 +379,15 @@ static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void
     return sc_text_add(ctx, text, "}");
 }
 
-static json_t *captions_schema(const sc_key *key)
-{
-    json_t *there =
-        json_pack("{s:[{s:s}, o]}", "anyOf", "type", "string", sc_key_frames_schema(&line_key));
-
-    return json_pack("{s:[{s:s}, o, o]}", "anyOf", "type", "string",
-                     sc_key_frames_schema(&line_key), places_schema(there, SC_PLACE_BOTTOM_RIGHT));
-}
-
 static const sc_value_type type_captions = {
     .name = "text, key frames, or {place: these}",
     .expected =
         "a text, key frames such as {0s: The heart, 4s: none}, or {top: a text or key frames}",
     .read = read_captions,
     .write = write_captions,
-    .make_schema = captions_schema,
+    .of_key_frames = &type_line,
+    .schema = "{anyOf: [{type: string}, $track, " SCHEMA_PLACES("{anyOf: [{type: string}, $track]}",
+                                                                6) "]}",
 };
 
 /* @return whether the caption is shown in a frame, as far as that is known: seconds of a film,

@@ -207,36 +207,11 @@ static sc_status write_shots(const sc_ctx *ctx, const sc_key *key, const void *v
     return SC_OK;
 }
 
-/* Remove from the schema of a map what a shot cannot have. */
-static void drop_film_keys(const sc_key *keys, json_t *schema)
-{
-    json_t *properties = json_object_get(schema, "properties");
-
-    for (const sc_key *key = keys; key->name && properties; key++) {
-        if (key->of_film)
-            json_object_del(properties, key->name);
-        else if (key->keys && key->type->container == SC_CONTAINER_MAP)
-            drop_film_keys(key->keys, json_object_get(properties, key->name));
-        else if (key->keys && key->type->container == SC_CONTAINER_DICT)
-            drop_film_keys(key->keys, json_object_get(json_object_get(properties, key->name),
-                                                      "additionalProperties"));
-    }
-}
-
-static json_t *shots_schema(const sc_key *key)
-{
-    json_t *shot = sc_keys_schema(key->keys);
-
-    drop_film_keys(key->keys, shot);
-    return json_pack("{s:s, s:i, s:i, s:o}", "type", "array", "minItems", 1, "maxItems",
-                     SC_SHOTS_MAX, "items", shot);
-}
-
 const sc_value_type sc_type_shots = {
     .name = "list of shots",
     .expected = "a list of shots, each a map of its keys",
     .read = read_shots,
     .write_lines = write_shots,
-    .make_schema = shots_schema,
+    .schema = "{type: array, minItems: 1, maxItems: $shots_most, items: $shot}",
     .container = SC_CONTAINER_LIST,
 };

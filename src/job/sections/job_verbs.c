@@ -44,7 +44,7 @@ static const sc_value_type type_verb_tissues = {
     .expected = "a tissue or a list of tissues: names, globs or label numbers",
     .read = read_verb_tissues,
     .write = write_verb_tissues,
-    .schema = "$tissues",
+    .schema = SC_SCHEMA_TISSUES,
 };
 
 /* Read an opacity from 0 to 1, or with a % sign what the tissue's own is multiplied by. @p value is
@@ -117,11 +117,9 @@ static sc_status write_points(const sc_ctx *ctx, const sc_key *key, const void *
     return sc_text_add(ctx, text, "%s]", verb->through_count ? "" : "[");
 }
 
-static json_t *points_schema(const sc_key *key)
-{
-    return json_pack("{s:s, s:i, s:i, s:o}", "type", "array", "minItems", 1, "maxItems",
-                     SC_THROUGH_MAX, "items", sc_list_schema("number", key->low, key->high, 3));
-}
+#define POINTS_SCHEMA                                                                              \
+    "{type: array, minItems: 1, maxItems: $points_most, items: " SC_SCHEMA_LIST(SC_SCHEMA_NUMBER,  \
+                                                                                3) "}"
 
 /* Read where the way through tissues leads: points, or middles. */
 static sc_status read_through(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
@@ -140,17 +138,12 @@ static sc_status write_through(const sc_ctx *ctx, const sc_key *key, const void 
                                                      : write_points(ctx, key, value, text);
 }
 
-static json_t *through_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s}, o]}", "anyOf", "const", "middles", points_schema(key));
-}
-
 static const sc_value_type type_through = {
     .name = "points or middles",
     .expected = "middles, or a list of points in RAS millimetres, such as [[0, 0, 10], [5, 0, 40]]",
     .read = read_through,
     .write = write_through,
-    .make_schema = through_schema,
+    .schema = "{anyOf: [{const: middles}, " POINTS_SCHEMA "]}",
 };
 
 /* Read tissues, or the points of a curve. */
@@ -170,18 +163,13 @@ static sc_status write_fly(const sc_ctx *ctx, const sc_key *key, const void *val
     return (has_tissues ? write_verb_tissues : write_points)(ctx, key, value, text);
 }
 
-static json_t *fly_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, o]}", "anyOf", sc_tissues_schema(1), points_schema(key));
-}
-
 static const sc_value_type type_fly = {
     .name = "tissues or points",
     .expected = "a tissue, a list of tissues, or a list of points in RAS millimetres, such as [[0, "
                 "0, 10], [5, 0, 40]]",
     .read = read_fly,
     .write = write_fly,
-    .make_schema = fly_schema,
+    .schema = "{anyOf: [" SC_SCHEMA_TISSUES ", " POINTS_SCHEMA "]}",
 };
 
 /* ---- rows ---- */
@@ -413,17 +401,11 @@ static sc_status write_verbs(const sc_ctx *ctx, const sc_key *key, const void *v
     return sc_text_add(ctx, text, "\n");
 }
 
-static json_t *verbs_schema(const sc_key *key)
-{
-    return json_pack("{s:s, s:i, s:o}", "type", "array", "maxItems", SC_VERBS_MAX, "items",
-                     sc_keys_schema(key->keys));
-}
-
 const sc_value_type sc_type_verbs = {
     .name = "list of verbs",
     .expected = "a list of verbs, such as - {fade: skin, to: 0, during: [2s, 4s]}",
     .read = read_verbs,
     .write_lines = write_verbs,
-    .make_schema = verbs_schema,
+    .schema = "{type: array, maxItems: $verbs_most, items: $keys}",
     .container = SC_CONTAINER_LIST,
 };

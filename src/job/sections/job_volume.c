@@ -133,16 +133,9 @@ static sc_status write_box(const sc_ctx *ctx, const sc_key *key, const void *val
     return sc_text_add(ctx, text, box->kind ? "]" : "");
 }
 
-static json_t *box_schema(const sc_key *key)
-{
-    const char *visible = "^visible *([+] *[0-9][0-9.e+-]* *mm)?$";
-    json_t *items = json_pack(
-        "{s:[o, o, {s:s, s:s}]}", "anyOf", sc_list_schema("integer", key->low, key->high, 2),
-        sc_list_schema("number", mm_key.low, mm_key.high, 3), "type", "string", "pattern", visible);
-
-    return json_pack("{s:[{s:s, s:s}, {s:s, s:i, s:i, s:o}]}", "anyOf", "type", "string", "pattern",
-                     visible, "type", "array", "minItems", 2, "maxItems", 4, "items", items);
-}
+#define VISIBLE "{type: string, pattern: '^visible *([+] *[0-9][0-9.e+-]* *mm)?$'}"
+#define AXIS SC_SCHEMA_LIST("{type: integer, minimum: $low, maximum: $high}", 2)
+#define CORNER SC_SCHEMA_LIST("{type: number, minimum: -1000000, maximum: 1000000}", 3)
 
 static const sc_value_type type_box = {
     .name = "voxels, corners in mm, visible + mm",
@@ -151,7 +144,8 @@ static const sc_value_type type_box = {
         "[y0, y1], [z0, z1]]: along each axis the first voxel, and the one behind the last",
     .read = read_box,
     .write = write_box,
-    .make_schema = box_schema,
+    .schema = "{anyOf: [" VISIBLE ", {type: array, minItems: 2, maxItems: 4, items: {anyOf: [" AXIS
+              ", " CORNER ", " VISIBLE "]}}]}",
 };
 
 /* ---- resample ---- */
