@@ -148,6 +148,7 @@ static sc_status read_job(const sc_ctx *ctx, const sc_job_sources *sources, sc_y
 {
     sc_status status = root->key_left_out ? SC_ERR_DATA : SC_OK;
     sc_yaml *base = NULL;
+    sc_clock clock;
 
     if (sc_goes_on(&status,
                    apply_settings(ctx, sources->defaults, sources->default_count, true, root)) &&
@@ -156,12 +157,13 @@ static sc_status read_job(const sc_ctx *ctx, const sc_job_sources *sources, sc_y
                    apply_settings(ctx, sources->settings, sources->setting_count, false, root)) &&
         sc_goes_on(&status, part_shots(ctx, root, &base)) &&
         sc_goes_on(&status, sc_look_apply(ctx, root)) &&
-        sc_goes_on(&status, sc_times_resolve(ctx, job, base != NULL, root)) &&
-        sc_goes_on(&status, sc_tell_misplaced(ctx, root)) &&
-        sc_goes_on(&status, sc_keys_read(ctx, sc_job_keys, root, job)) &&
-        sc_goes_on(&status, sc_job_check(ctx, sources, root, job)) && base)
-        (void)sc_goes_on(&status,
-                         sc_shots_resolve(ctx, sources, base, sc_yaml_member(root, "shots"), job));
+        sc_goes_on(&status, sc_tell_misplaced(ctx, root))) {
+        sc_clock_start(ctx, job, base != NULL, root, &clock);
+        if (sc_goes_on(&status, sc_keys_read(ctx, sc_job_keys, root, job)) &&
+            sc_goes_on(&status, sc_job_check(ctx, sources, root, job)) && base)
+            (void)sc_goes_on(
+                &status, sc_shots_resolve(ctx, sources, base, sc_yaml_member(root, "shots"), job));
+    }
     sc_yaml_free(base);
     return status;
 }

@@ -284,20 +284,26 @@ bool sc_parse_position(const sc_yaml *node, double *number, const char **unit);
 /* @return whether @p text is one of the units of an animation; *seconds is how long it is, 0 for
  * frames. */
 bool sc_time_unit(const char *text, double *seconds);
-/* Read a time in seconds as sc_times_resolve leaves them in a film, such as 1.5s. @return false if
- * @p node is anything else. */
-bool sc_time_in_seconds(const sc_yaml *node, double *seconds);
 
 /* ---- job_times.c ---- */
 
-/* In the tree @p root of a job, below animation, color_by, compare, image, light, overlays, render
- * and tissues, turn parts of the animation (during) and times of key frames (at) that are given in
- * frames, seconds or minutes into shares of the animation. @param job holds the defaults.
- * @param is_film it is a film without its shots, of which each has shares of its own: the times
- * become seconds. @return the first mistake, all are logged: a time behind the end of the
- * animation; or SC_ERR_MEMORY. */
-sc_status sc_times_resolve(const sc_ctx *ctx, const struct sc_job *job, bool is_film,
-                           sc_yaml *root);
+/* What turns times into shares of the animation. */
+typedef struct sc_clock {
+    bool is_film;          /* the shares are those of its shots: times become seconds */
+    double frames, fps;    /* of the animation; both above 0 */
+    const sc_yaml *length; /* where these frames are given, for messages; NULL: by default */
+} sc_clock;
+/* Set a clock by the tree @p root of a job, and give it to all of its nodes, which must not outlive
+ * it. @param job holds the defaults. @param is_film it is a film without its shots, of which each
+ * has shares of its own. */
+void sc_clock_start(const sc_ctx *ctx, const struct sc_job *job, bool is_film, sc_yaml *root,
+                    sc_clock *clock);
+/* Read a time of the animation. @param key the name of the value, for messages. @param at the share
+ * of the animation, or of a film minus the seconds; also after a mistake. @param is_time false:
+ * @p node is none, which the caller tells. @return the mistake that the time is behind the end,
+ * logged. */
+sc_status sc_read_time(const sc_ctx *ctx, const char *key, const sc_yaml *node, double *at,
+                       bool *is_time);
 
 /* ---- settings.c ---- */
 

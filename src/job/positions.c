@@ -68,26 +68,22 @@ static sc_status write_share(const sc_ctx *ctx, const sc_key *key, const void *v
     return sc_write_number(ctx, *(const double *)value, 100, "%", text);
 }
 
-/* Read begin and end of a part of the animation: two shares, stored as two doubles in a row. Other
- * times have become shares before (sc_times_resolve). */
+/* Read begin and end of a part of the animation: two times, stored as two doubles in a row. */
 static sc_status read_span(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     double span[2];
+    bool are_times = node->kind == SC_YAML_LIST && node->count == 2;
+    sc_status status = SC_OK;
 
-    if (node->kind != SC_YAML_LIST || node->count != 2)
-        return sc_wrong_type(ctx, node, key->type->expected);
-    for (int i = 0; i < 2; i++) {
-        const char *unit;
-
-        if (!sc_parse_position(node->items[i], &span[i], &unit) || *unit != '%' || span[i] < 0 ||
-            span[i] > 100)
-            return sc_wrong_type(ctx, node, key->type->expected);
-        span[i] /= 100;
+    for (size_t i = 0; i < 2 && are_times; i++) {
+        if (!sc_goes_on(&status,
+                        sc_read_time(ctx, node->key, node->items[i], &span[i], &are_times)))
+            return status;
     }
-    if (span[1] < span[0])
+    if (!are_times || span[1] < span[0])
         return sc_wrong_type(ctx, node, key->type->expected);
     memcpy(value, span, sizeof span);
-    return SC_OK;
+    return status;
 }
 
 /* Write two doubles from 0 to 1 as "[20%, 80%]". */
@@ -165,16 +161,6 @@ bool sc_parse_seconds(const char *text, double *seconds)
         return false;
     *seconds = number * unit_s;
     return true;
-}
-
-bool sc_time_in_seconds(const sc_yaml *node, double *seconds)
-{
-    char *end;
-
-    if (node->kind != SC_YAML_SCALAR)
-        return false;
-    *seconds = strtod(node->text, &end);
-    return end != node->text && !strcmp(end, "s") && *seconds >= 0 && isfinite(*seconds);
 }
 
 bool sc_parse_frames(const char *text, double *frames)

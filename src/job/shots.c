@@ -165,13 +165,15 @@ static sc_status load_shot(const sc_ctx *ctx, const sc_job_sources *sources, con
     sc_job *job = &shot->job;
     SC_OWN(sc_yaml_free_at) sc_yaml *tree = NULL;
     sc_status status = SC_OK, mistakes;
+    sc_clock clock;
 
     if (node->kind != SC_YAML_MAP)
         return SC_OK; /* which has been told */
     SC_PASS(sc_keys_set_defaults(ctx, sc_job_keys, job));
     SC_PASS(merge_shot(ctx, base, node, &tree, &mistakes));
-    if (sc_goes_on(&status, mistakes) && sc_goes_on(&status, sc_look_apply(ctx, tree)) &&
-        sc_goes_on(&status, sc_times_resolve(ctx, job, false, tree)) &&
+    SC_PASS(sc_look_apply(ctx, tree));
+    sc_clock_start(ctx, job, false, tree, &clock);
+    if (sc_goes_on(&status, mistakes) &&
         sc_goes_on(&status, sc_keys_read(ctx, sc_job_keys, tree, job)) &&
         sc_goes_on(&status, check_background(ctx, node, film, job)))
         (void)sc_goes_on(&status, sc_job_check(ctx, sources, tree, job));

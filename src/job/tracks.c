@@ -96,37 +96,29 @@ static bool rises(double before, double at)
     return (before < 0) != (at < 0) || at > before;
 }
 
-/* @return the time of a key frame as it stood in the file. */
-static const char *given_time(const sc_yaml *item)
-{
-    return item->key_given ? item->key_given : item->key;
-}
-
 /* Read the time of a key frame, a share or, of a film outside of its shots, minus a time in
- * seconds. @param before that of the one before it, at which *at lies; NULL: it is the first.
+ * seconds. @param before that of the one before it, at which *at lies; NULL: it is not known.
  * @return as sc_yaml_fail. */
 static sc_status read_time(const sc_ctx *ctx, const sc_yaml *track, const sc_yaml *item,
                            const sc_yaml *before, double *at)
 {
-    const sc_yaml time = {.kind = SC_YAML_SCALAR, .text = item->key};
     const double last = *at;
-    char *unit;
+    sc_yaml time = *item;
+    bool is_time;
 
-    if (sc_time_in_seconds(&time, at)) {
-        *at = *at > 0 ? -*at : 0;
-    } else {
-        *at = strtod(item->key, &unit) / 100;
-        if (unit == item->key || strcmp(unit + strspn(unit, " "), "%") || !(*at >= 0 && *at <= 1))
-            return sc_yaml_fail(ctx, item,
-                                "%s: \"%s\" is no time of the animation with its unit, such as 2s, "
-                                "0:10, 45f or 50%%",
-                                track->key, given_time(item));
-    }
+    time.kind = SC_YAML_SCALAR;
+    time.text = item->key;
+    SC_PASS(sc_read_time(ctx, track->key, &time, at, &is_time));
+    if (!is_time)
+        return sc_yaml_fail(ctx, item,
+                            "%s: \"%s\" is no time of the animation with its unit, such as 2s, "
+                            "0:10, 45f or 50%%",
+                            track->key, item->key);
     if (before && !rises(last, *at))
         return sc_yaml_fail(ctx, item,
                             "%s: the key frame at %s does not come after that at %s; expected "
                             "rising times, each once",
-                            track->key, given_time(item), given_time(before));
+                            track->key, item->key, before->key);
     return SC_OK;
 }
 
@@ -144,7 +136,7 @@ static sc_status read_value(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
         SC_PASS(sc_keys_read(ctx, eased_keys, item, &read));
     *ease = read.ease;
     snprintf(name, sizeof name, "%s at %s", strcmp(key->name, "at") ? key->name : "position",
-             given_time(item));
+             item->key);
     named = *read.value; /* for messages: the value is called as the track, and not as its time */
     named.key = name;
     row.name = name;
@@ -174,8 +166,12 @@ sc_status sc_read_key_frames(const sc_ctx *ctx, const sc_key *key, const sc_yaml
         if (item == ease_node)
             continue;
         found = read_time(ctx, node, item, before, &at);
-        if (!sc_goes_on(&status, found) || found != SC_OK)
-            break; /* the times that follow would be compared with a wrong one */
+        if (!sc_goes_on(&status, found))
+            return status;
+        if (found != SC_OK) {
+            before = NULL; /* the next time is not compared with a wrong one */
+            continue;
+        }
         *to = (sc_key_frame){.at = at};
         if (before)
             to->ease = ease;

@@ -18,7 +18,7 @@ static void show(const sc_yaml *node, char *out, size_t size)
     const size_t used = strlen(out);
 
     if (node->kind == SC_YAML_SCALAR) {
-        snprintf(out + used, size - used, "%s", node->given ? node->given : node->text);
+        snprintf(out + used, size - used, "%s", node->text);
     } else if (node->kind == SC_YAML_MAP) {
         snprintf(out + used, size - used, "{...}");
     } else {

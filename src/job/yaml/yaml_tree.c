@@ -28,9 +28,7 @@ void sc_yaml_free(sc_yaml *node)
     sc_free(node->items);
     json_decref(node->index);
     sc_free(node->key);
-    sc_free(node->key_given);
     sc_free(node->text);
-    sc_free(node->given);
     sc_free(node);
 }
 
@@ -393,12 +391,8 @@ sc_status sc_yaml_copy(const sc_ctx *ctx, const sc_yaml *node, sc_yaml **out)
     copy->quoted = node->quoted;
     if (node->key)
         SC_PASS(sc_text_copy(ctx, node->key, &copy->key));
-    if (node->key_given)
-        SC_PASS(sc_text_copy(ctx, node->key_given, &copy->key_given));
     if (node->text)
         SC_PASS(sc_text_copy(ctx, node->text, &copy->text));
-    if (node->given)
-        SC_PASS(sc_text_copy(ctx, node->given, &copy->given));
     for (size_t i = 0; i < node->count; i++) { /* the depth of a tree is bounded */
         SC_PASS(sc_yaml_copy(ctx, node->items[i], &child));
         SC_PASS(sc_yaml_append(ctx, copy, child));

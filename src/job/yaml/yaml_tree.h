@@ -12,18 +12,17 @@ typedef enum sc_yaml_kind { SC_YAML_SCALAR, SC_YAML_MAP, SC_YAML_LIST } sc_yaml_
 /* A node of the tree. It owns its key, its text and its items. */
 typedef struct sc_yaml {
     sc_yaml_kind kind;
-    int line;           /* line in the file, from 1; 0: the node is not from a file */
-    const char *origin; /* name of the file or setting, for messages; borrowed */
-    char *key;          /* of a node in a map; else NULL */
-    char *key_given;    /* what stood in the file, if the key was replaced; else NULL */
-    char *text;         /* of a scalar; NULL only for one that was added by sc_yaml_add */
-    char *given;        /* of a scalar whose text was replaced: what stood in the file; else NULL */
+    int line;               /* line in the file, from 1; 0: the node is not from a file */
+    const char *origin;     /* name of the file or setting, for messages; borrowed */
+    char *key;              /* of a node in a map; else NULL */
+    char *text;             /* of a scalar; NULL only for one that was added by sc_yaml_add */
     struct sc_yaml **items; /* of a map or list: [count] */
     size_t count, capacity;
-    struct json_t *index; /* of a map: finds the number of a member by its key; else NULL */
-    bool quoted;          /* a scalar stood in quotes, or as a block of text */
-    bool key_told;        /* its key is unknown, and this was logged already */
-    bool key_left_out;    /* of a root: see sc_yaml_parse */
+    const struct sc_clock *clock; /* by which it is read, if it is a time; borrowed */
+    struct json_t *index;         /* of a map: finds the number of a member by its key; else NULL */
+    bool quoted;                  /* a scalar stood in quotes, or as a block of text */
+    bool key_told;                /* its key is unknown, and this was logged already */
+    bool key_left_out;            /* of a root: see sc_yaml_parse */
 } sc_yaml;
 
 /* Parse @p text, which messages call @p origin. Caller owns: sc_yaml_free. An empty text gives an
