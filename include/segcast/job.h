@@ -317,13 +317,9 @@ typedef struct sc_shot {
 
 /* ---- times ---- */
 
-/** Read minutes and seconds, "0:10", or hours, too, "1:00:10": behind a colon there are two digits,
- * at most 59; the seconds may have decimals. @return false if @p text is anything else. */
-bool sc_parse_clock(const char *text, double *seconds);
-/** The same, or a number with its unit ms, s, min, or without one, which is seconds, too. */
+/** Read a time: minutes and seconds, "0:10", or hours, too, "1:00:10", or a number with its unit
+ * ms, s, min, or without one, which is seconds, too. @return false if @p text is anything else. */
 bool sc_parse_seconds(const char *text, double *seconds);
-/** Read a whole number of frames above 0, with its unit: "12f", "1 frame". */
-bool sc_parse_frames(const char *text, double *frames);
 
 /** A key and its value from outside of the job file. All strings are borrowed. */
 typedef struct sc_setting {

@@ -158,7 +158,7 @@ static sc_status read_job(const sc_ctx *ctx, const sc_job_sources *sources, sc_y
         sc_goes_on(&status, part_shots(ctx, root, &base)) &&
         sc_goes_on(&status, sc_look_apply(ctx, root)) &&
         sc_goes_on(&status, sc_tell_misplaced(ctx, root))) {
-        sc_clock_start(ctx, job, base != NULL, root, &clock);
+        sc_clock_start(job, base != NULL, root, &clock);
         if (sc_goes_on(&status, sc_keys_read(ctx, sc_job_keys, root, job)) &&
             sc_goes_on(&status, sc_job_check(ctx, sources, root, job)) && base)
             (void)sc_goes_on(

@@ -281,9 +281,18 @@ sc_track *sc_track_of(const sc_key *key, void *value);
 /* Read a number and, behind it, its unit. @param unit "%", "mm", or "" if there is none. @return
  * false if @p node is anything else. */
 bool sc_parse_position(const sc_yaml *node, double *number, const char **unit);
-/* @return whether @p text is one of the units of an animation; *seconds is how long it is, 0 for
- * frames. */
-bool sc_time_unit(const char *text, double *seconds);
+/* What a time is counted in. */
+typedef enum sc_time_kind {
+    SC_TIME_NONE, /* it is no time */
+    SC_TIME_NUMBER,
+    SC_TIME_FRAMES,
+    SC_TIME_SECONDS
+} sc_time_kind;
+/* Read a time as sc_parse_seconds does, or a number of frames, "12f". @return what *amount is. */
+sc_time_kind sc_time_of_text(const char *text, double *amount);
+/* Read a time in seconds, above 0, of at most some eleven days. @return false if @p node is
+ * anything else. */
+bool sc_parse_duration(const sc_yaml *node, double *seconds);
 
 /* ---- job_times.c ---- */
 
@@ -296,8 +305,7 @@ typedef struct sc_clock {
 /* Set a clock by the tree @p root of a job, and give it to all of its nodes, which must not outlive
  * it. @param job holds the defaults. @param is_film it is a film without its shots, of which each
  * has shares of its own. */
-void sc_clock_start(const sc_ctx *ctx, const struct sc_job *job, bool is_film, sc_yaml *root,
-                    sc_clock *clock);
+void sc_clock_start(const struct sc_job *job, bool is_film, sc_yaml *root, sc_clock *clock);
 /* Read a time of the animation. @param key the name of the value, for messages. @param at the share
  * of the animation, or of a film minus the seconds; also after a mistake. @param is_time false:
  * @p node is none, which the caller tells. @return the mistake that the time is behind the end,

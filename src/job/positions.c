@@ -96,7 +96,7 @@ static sc_status write_span(const sc_ctx *ctx, const sc_key *key, const void *va
     return sc_write_number(ctx, span[1], 100, "%]", text);
 }
 
-#define SECONDS_MOST 1e6
+#define SECONDS_MOST 1e6 /* some eleven days */
 
 /* @return whether all of @p text is digits, perhaps with decimals behind them. @param number it. */
 static bool parse_decimal(const char *text, double *number)
@@ -107,7 +107,9 @@ static bool parse_decimal(const char *text, double *number)
     return end != text && !*end && strspn(text, "0123456789.") == strlen(text);
 }
 
-bool sc_parse_clock(const char *text, double *seconds)
+/* Read minutes and seconds, "0:10", or hours, too, "1:00:10": behind a colon there are two digits,
+ * at most 59; the seconds may have decimals. @return false if @p text is anything else. */
+static bool parse_clock(const char *text, double *seconds)
 {
     double sum = 0, part;
     int parts = 0;
@@ -130,59 +132,53 @@ bool sc_parse_clock(const char *text, double *seconds)
     return true;
 }
 
-bool sc_time_unit(const char *text, double *seconds)
+sc_time_kind sc_time_of_text(const char *text, double *amount)
 {
     static const struct {
-        const char *name;
-        double seconds;
-    } units[] = {{"f", 0}, {"frame", 0}, {"frames", 0}, {"s", 1}, {"ms", 1e-3}, {"min", 60}};
+        const char *unit;
+        sc_time_kind kind;
+        double factor;
+    } units[] = {{"f", SC_TIME_FRAMES, 1},      {"frame", SC_TIME_FRAMES, 1},
+                 {"frames", SC_TIME_FRAMES, 1}, {"s", SC_TIME_SECONDS, 1},
+                 {"ms", SC_TIME_SECONDS, 1e-3}, {"min", SC_TIME_SECONDS, 60},
+                 {"", SC_TIME_NUMBER, 1}};
+    char *end;
 
+    if (parse_clock(text, amount))
+        return SC_TIME_SECONDS;
+    *amount = strtod(text, &end);
+    if (end == text || strspn(text, "0123456789.") != (size_t)(end - text)) /* such as 0x10 */
+        return SC_TIME_NONE;
+    end += strspn(end, " ");
     for (size_t i = 0; i < SC_COUNT_OF(units); i++) {
-        if (!strcmp(text, units[i].name)) {
-            *seconds = units[i].seconds;
-            return true;
+        if (!strcmp(end, units[i].unit)) {
+            *amount *= units[i].factor;
+            return units[i].kind;
         }
     }
-    return false;
+    return SC_TIME_NONE;
 }
 
 bool sc_parse_seconds(const char *text, double *seconds)
 {
-    char *end;
-    double unit_s = 1;
-    const double number = strtod(text, &end);
+    const sc_time_kind kind = sc_time_of_text(text, seconds);
 
-    if (sc_parse_clock(text, seconds))
-        return true;
-    if (end == text || !(number >= 0 && isfinite(number)))
-        return false;
-    end += strspn(end, " ");
-    if (*end && (!sc_time_unit(end, &unit_s) || unit_s == 0))
-        return false;
-    *seconds = number * unit_s;
-    return true;
+    return kind == SC_TIME_SECONDS || kind == SC_TIME_NUMBER;
 }
 
-bool sc_parse_frames(const char *text, double *frames)
+bool sc_parse_duration(const sc_yaml *node, double *seconds)
 {
-    const size_t digits = strspn(text, "0123456789");
-    const char *unit = text + digits + strspn(text + digits, " ");
-
-    double unit_s;
-
-    *frames = digits ? strtod(text, NULL) : 0;
-    return *frames > 0 && sc_time_unit(unit, &unit_s) && unit_s == 0;
+    return node->kind == SC_YAML_SCALAR && sc_parse_seconds(node->text, seconds) && *seconds > 0 &&
+           *seconds <= SECONDS_MOST;
 }
 
-/* Read a time above 0, of at most some eleven days, as sc_parse_seconds. It is stored as a double,
- * in seconds. */
+/* A time above 0 is stored as a double, in seconds. */
 static sc_status read_duration(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                void *value)
 {
     double seconds;
 
-    if (node->kind != SC_YAML_SCALAR || !sc_parse_seconds(node->text, &seconds) ||
-        !(seconds > 0 && seconds <= SECONDS_MOST))
+    if (!sc_parse_duration(node, &seconds))
         return sc_wrong_type(ctx, node, key->type->expected);
     *(double *)value = seconds;
     return SC_OK;
@@ -221,7 +217,7 @@ const sc_value_type sc_type_span = {
     .expected = "two rising times of the animation, such as [0%, 50%], [1.5s, 0:10] or [0f, 45f]",
     .read = read_span,
     .write = write_span,
-    .schema =
-        "{type: array, items: {type: string, pattern: '^([0-9.]+ "
-        "*(%|f|frames?|s|ms|min)|[0-9]+:[0-5][0-9](\\.[0-9]+)?)$'}, minItems: 2, maxItems: 2}",
+    .schema = "{type: array, items: {type: string, pattern: '^([0-9.]+ "
+              "*(%|f|frames?|s|ms|min)|([0-9]+:)?[0-9]+:[0-5][0-9](\\.[0-9]+)?)$'}, minItems: 2, "
+              "maxItems: 2}",
 };

@@ -29,7 +29,7 @@ static json_t *keys_of(const sc_key *key)
 }
 
 /* The times of key frames, for editors. */
-#define TIME_PATTERN "^([0-9.]+ *(%|f|frames?|s|ms|min)|[0-9]+:[0-5][0-9](\\.[0-9]+)?)$"
+#define TIME_PATTERN "^([0-9.]+ *(%|f|frames?|s|ms|min)|([0-9]+:)?[0-9]+:[0-5][0-9](\\.[0-9]+)?)$"
 
 static json_t *track_of(const sc_key *key)
 {

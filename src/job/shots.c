@@ -172,7 +172,7 @@ static sc_status load_shot(const sc_ctx *ctx, const sc_job_sources *sources, con
     SC_PASS(sc_keys_set_defaults(ctx, sc_job_keys, job));
     SC_PASS(merge_shot(ctx, base, node, &tree, &mistakes));
     SC_PASS(sc_look_apply(ctx, tree));
-    sc_clock_start(ctx, job, false, tree, &clock);
+    sc_clock_start(job, false, tree, &clock);
     if (sc_goes_on(&status, mistakes) &&
         sc_goes_on(&status, sc_keys_read(ctx, sc_job_keys, tree, job)) &&
         sc_goes_on(&status, check_background(ctx, node, film, job)))

@@ -589,8 +589,8 @@ TEST(parts_of_the_animation_may_be_times)
 TEST(wrong_times_are_refused)
 {
     static const char *const wrong[] = {
-        "[1, 2]",       "[3s, 1s]",    "[1:5, 0:09]", "[0:60, 0:09]",       "[-1s, 2s]",
-        "[1.2.3s, 4s]", "[1e1f, 12f]", "[1 h, 2 h]",  "[1:00:00, 1:00:01]", "[50%, 1s]"};
+        "[1, 2]",       "[3s, 1s]",    "[1:5, 0:09]", "[0:60, 0:09]",      "[-1s, 2s]",
+        "[1.2.3s, 4s]", "[1e1f, 12f]", "[1 h, 2 h]",  "[1:0:00, 1:00:01]", "[50%, 1s]"};
     char text[256];
 
     for (size_t i = 0; i < SC_COUNT_OF(wrong); i++) {

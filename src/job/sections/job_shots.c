@@ -3,21 +3,23 @@
 #include "key.h"
 #include "segcast/job.h"
 
+#include <math.h>
+
 /* ---- how long a transition takes ---- */
 
-/* A time as of sc_type_duration, or a number of frames such as "12f". @p value is an sc_length. */
+/* Read a time as of sc_type_duration, or a number of frames such as "12f". */
+static bool parse_length(const sc_yaml *node, sc_length *length)
+{
+    length->in_frames = node->kind == SC_YAML_SCALAR &&
+                        sc_time_of_text(node->text, &length->value) == SC_TIME_FRAMES;
+    return length->in_frames ? length->value > 0 && length->value == floor(length->value)
+                             : sc_parse_duration(node, &length->value);
+}
+
+/* @p value is an sc_length. */
 static sc_status read_length(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    const sc_ctx quiet = sc_quiet(ctx);
-    sc_length *length = value;
-
-    length->in_frames = node->kind == SC_YAML_SCALAR && sc_parse_frames(node->text, &length->value);
-    if (length->in_frames)
-        return SC_OK;
-    if (node->kind != SC_YAML_SCALAR ||
-        sc_type_duration.read(&quiet, key, node, &length->value) != SC_OK)
-        return sc_wrong_type(ctx, node, key->type->expected);
-    return SC_OK;
+    return parse_length(node, value) ? SC_OK : sc_wrong_type(ctx, node, key->type->expected);
 }
 
 static sc_status write_length(const sc_ctx *ctx, const sc_key *key, const void *value,
@@ -50,7 +52,6 @@ static const struct {
 static sc_status read_transition(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                  void *value)
 {
-    const sc_ctx quiet = sc_quiet(ctx);
     sc_shot_transition read = {.kind = SC_TRANSITION_CUT};
     sc_yaml length = *node;
     size_t bytes;
@@ -66,7 +67,7 @@ static sc_status read_transition(const sc_ctx *ctx, const sc_key *key, const sc_
         read.kind = transitions[i].kind;
         length.text = node->text + bytes + strspn(node->text + bytes, " ");
     }
-    if (read.kind == SC_TRANSITION_CUT || read_length(&quiet, key, &length, &read.length) != SC_OK)
+    if (read.kind == SC_TRANSITION_CUT || !parse_length(&length, &read.length))
         return sc_wrong_type(ctx, node, key->type->expected);
     *(sc_shot_transition *)value = read;
     return SC_OK;

@@ -27,11 +27,8 @@ static void set_clock(const sc_clock *clock, sc_yaml *node)
         set_clock(clock, node->items[i]);
 }
 
-void sc_clock_start(const sc_ctx *ctx, const sc_job *job, bool is_film, sc_yaml *root,
-                    sc_clock *clock)
+void sc_clock_start(const sc_job *job, bool is_film, sc_yaml *root, sc_clock *clock)
 {
-    const sc_ctx quiet = sc_quiet(ctx);
-    const sc_key key = {.name = "frames", .type = &sc_type_duration};
     double seconds;
 
     *clock = (sc_clock){
@@ -40,40 +37,23 @@ void sc_clock_start(const sc_ctx *ctx, const sc_job *job, bool is_film, sc_yaml 
         .fps = number_at(root, "output.fps", 1e6, job->output.fps),
         .length = sc_key_node(root, "animation.frames")};
     if (clock->length && !sc_parse_number(clock->length, &seconds) &&
-        key.type->read(&quiet, &key, clock->length, &seconds) == SC_OK)
+        sc_parse_duration(clock->length, &seconds))
         clock->frames = fmax(floor(seconds * clock->fps + 0.5), 1);
     set_clock(clock, root);
-}
-
-/* Read digits and what stands behind a point, nothing else. @param end what follows. @return false
- * if there are none. */
-static bool parse_digits(const char *text, double *number, const char **end)
-{
-    char *behind;
-
-    *end = text + strspn(text, "0123456789.");
-    *number = strtod(text, &behind);
-    return behind == *end && behind != text;
 }
 
 /* Read a time that is no share. @param frame where it lies, in frames from the beginning. @return
  * false if @p node is anything else. */
 static bool parse_time(const sc_yaml *node, double *frame)
 {
-    const sc_clock *clock = node->clock;
-    const char *end;
-    double number, seconds;
+    const bool is_text = node->kind == SC_YAML_SCALAR && node->clock;
+    const sc_time_kind kind = is_text ? sc_time_of_text(node->text, frame) : SC_TIME_NONE;
 
-    if (node->kind != SC_YAML_SCALAR || !clock || !parse_digits(node->text, &number, &end))
+    if (kind != SC_TIME_FRAMES && kind != SC_TIME_SECONDS)
         return false;
-    if (*end == ':' && !strchr(end + 1, ':') && sc_parse_clock(node->text, &seconds))
-        number = seconds;
-    else if (sc_time_unit(end + strspn(end, " "), &seconds))
-        number *= seconds > 0 ? seconds : 1 / clock->fps;
-    else
-        return false;
-    *frame = number * clock->fps;
-    if (fabs(*frame - floor(*frame + 0.5)) < 1e-9 * *frame) /* 45f, which are 1.5s, are frame 45 */
+    if (kind == SC_TIME_SECONDS)
+        *frame *= node->clock->fps;
+    if (fabs(*frame - floor(*frame + 0.5)) < 1e-9 * *frame) /* 1.1s at 30 fps are frame 33 */
         *frame = floor(*frame + 0.5);
     return true;
 }
