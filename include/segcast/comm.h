@@ -65,10 +65,12 @@ SC_MUST_USE sc_status sc_comm_agree(sc_comm *comm, sc_status mine);
 /** Copy @p bytes (the same number on all ranks) from rank 0's @p data to that of all others, where
  *  it has to be allocated; blocks until they are here. Collective. */
 void sc_comm_broadcast(sc_comm *comm, void *data, size_t bytes);
-/** Copy @p bytes (the same number on all ranks, at most INT32_MAX) of each rank's @p mine to rank
- *  0's @p all, in the order of ranks, where it has to be allocated; @p all is NULL on the others.
- *  Blocks on rank 0 until all are here. Collective. */
-void sc_comm_gather(sc_comm *comm, const void *mine, size_t bytes, void *all);
+/** Copy @p bytes (the same number on all ranks, at most INT32_MAX) of each rank's @p mine to an
+ *  array of rank 0, in the order of ranks. Blocks there until all are here. @param all the address
+ *  of a pointer of any type, which becomes that array, and NULL on the others and after an error;
+ *  the caller owns it: sc_free. Collective. @return SC_ERR_MEMORY, the same on all ranks. */
+SC_MUST_USE sc_status sc_comm_gather(const sc_ctx *ctx, sc_comm *comm, const void *mine,
+                                     size_t bytes, void *all);
 
 /** Where a node holds a block that its ranks share. */
 typedef enum sc_shared_place {

@@ -66,9 +66,23 @@ void sc_comm_broadcast(sc_comm *comm, void *data, size_t bytes)
     comm->ops->broadcast(comm, data, bytes);
 }
 
-void sc_comm_gather(sc_comm *comm, const void *mine, size_t bytes, void *all)
+sc_status sc_comm_gather(const sc_ctx *ctx, sc_comm *comm, const void *mine, size_t bytes,
+                         void *all)
 {
-    comm->ops->gather(comm, mine, bytes, all);
+    void *array = NULL;
+    sc_status status = SC_OK;
+
+    if (comm->rank == 0)
+        status = sc_alloc(ctx, (size_t)comm->size, bytes, &array);
+    status = sc_comm_agree(comm, status);
+    if (status == SC_OK) {
+        comm->ops->gather(comm, mine, bytes, array);
+    } else {
+        sc_free(array);
+        array = NULL;
+    }
+    memcpy(all, &array, sizeof array); /* pointers of all types are alike: POSIX */
+    return status;
 }
 
 sc_status sc_shared_alloc(const sc_ctx *ctx, sc_comm *comm, size_t bytes, const char *folder,

@@ -140,16 +140,12 @@ static void tell_alone(const sc_app *app, uint64_t bytes, bool alone)
     const sc_ctx silent = {.rank = 0};
     uint8_t mine = alone;
     int copies = 0;
-    SC_OWN(sc_free_at) void *all = NULL;
-    sc_status status = SC_OK;
+    SC_OWN(sc_free_at) uint8_t *all = NULL;
 
-    if (sc_comm_rank(app->comm) == 0)
-        status = sc_alloc(&silent, (size_t)ranks, sizeof mine, &all);
-    if (sc_comm_agree(app->comm, status) != SC_OK)
+    if (sc_comm_gather(&silent, app->comm, &mine, sizeof mine, &all) != SC_OK)
         return; /* too little memory to tell: the run goes on all the same */
-    sc_comm_gather(app->comm, &mine, sizeof mine, all);
     for (int i = 0; all && i < ranks; i++)
-        copies += ((uint8_t *)all)[i];
+        copies += all[i];
     if (copies)
         sc_warn(app->ctx,
                 "neither /dev/shm nor %s has room for what is derived from the volume (%.0f MB): "

@@ -48,20 +48,16 @@ static sc_status agree_on_file(const sc_app *app, const char *path, const sc_inp
     mapped_file file = {.hash = input->volume.file_hash, .status = mine};
     int different = 0, example = 0;
     SC_OWN(sc_free_at) mapped_file *all = NULL;
-    sc_status status = SC_OK;
+    sc_status status = mine;
 
     sc_host_name(file.host);
-    if (first)
-        status = SC_ALLOC(app->ctx, (size_t)ranks, &all);
-    SC_PASS(sc_comm_agree(app->comm, status));
-    sc_comm_gather(app->comm, &file, sizeof file, all);
+    SC_PASS(sc_comm_gather(app->ctx, app->comm, &file, sizeof file, &all));
     for (int i = ranks - 1; first && i > 0; i--) {
         if (all[i].status != SC_OK || all[i].hash != all[0].hash) {
             different++;
             example = i;
         }
     }
-    status = mine;
     if (mine == SC_OK && different &&
         (all[example].status == SC_ERR_MEMORY || all[example].status == SC_ERR_WRITE))
         status =

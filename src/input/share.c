@@ -9,17 +9,14 @@
  * room. Collective. @return SC_ERR_MEMORY, the same on all ranks. */
 static sc_status tell_place(const sc_app *app, const sc_job *job, const sc_input *input)
 {
-    const bool first = sc_comm_rank(app->comm) == 0;
     const size_t ranks = (size_t)sc_comm_size(app->comm);
     const int32_t mine = sc_shared_place_of(input->shared);
     const double mb = (double)input->bytes / 1e6;
     int in_file = 0, copied = 0;
     SC_OWN(sc_free_at) int32_t *all = NULL;
-    sc_status status = first ? SC_ALLOC(app->ctx, ranks, &all) : SC_OK;
 
-    SC_PASS(sc_comm_agree(app->comm, status));
-    sc_comm_gather(app->comm, &mine, sizeof mine, all);
-    for (size_t i = 0; first && i < ranks; i++) {
+    SC_PASS(sc_comm_gather(app->ctx, app->comm, &mine, sizeof mine, &all));
+    for (size_t i = 0; all && i < ranks; i++) {
         in_file += all[i] == SC_SHARED_IN_FILE;
         copied += all[i] == SC_SHARED_COPIED;
     }

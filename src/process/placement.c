@@ -136,22 +136,17 @@ static void warn_of_idle_cores(const sc_app *app, const placement *all, int coun
 
 sc_status sc_report_placement(sc_app *app)
 {
-    const bool first = sc_comm_rank(app->comm) == 0;
     const int ranks = sc_comm_size(app->comm);
     SC_OWN(sc_free_at) placement *all = NULL;
     placement mine;
-    sc_status status = SC_OK;
 
     memset(&mine, 0, sizeof mine); /* the gaps between the members are sent, too */
     sc_host_name(mine.host);
     mine.cores = sc_core_set_of_process();
     mine.threads = app->threads;
     mine.memory_bytes = sc_machine_memory();
-    if (first)
-        status = SC_ALLOC(app->ctx, (size_t)ranks, &all);
-    SC_PASS(sc_comm_agree(app->comm, status));
-    sc_comm_gather(app->comm, &mine, sizeof mine, all);
-    if (!first)
+    SC_PASS(sc_comm_gather(app->ctx, app->comm, &mine, sizeof mine, &all));
+    if (!all)
         return SC_OK;
     log_table(app, all, ranks);
     warn_of_sharing(app, all, ranks);

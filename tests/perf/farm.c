@@ -209,7 +209,7 @@ static int compare(sc_comm *comm, int frames, double mean_s, double message_s, d
     const int ranks = sc_comm_size(comm);
     load l = {.draw_s = mean_s, .varied = true};
     double *costs = malloc((size_t)frames * sizeof *costs);
-    int *units = malloc((size_t)ranks * sizeof *units), mine, drawn = 0;
+    int *units = NULL, mine, drawn = 0;
     const sc_sim_film film = {.frames = frames,
                               .gop_frames = 1,
                               .width_px = WIDTH_PX,
@@ -226,10 +226,10 @@ static int compare(sc_comm *comm, int frames, double mean_s, double message_s, d
     int code = run(comm, &l, frames);
 
     mine = l.units;
-    sc_comm_gather(comm, &mine, sizeof mine, units);
+    code |= sc_comm_gather(&ctx, comm, &mine, sizeof mine, &units) != SC_OK;
     for (int k = 0; k < frames; k++)
         costs[k] = frame_s(&l, k);
-    if (sc_comm_rank(comm) == 0) {
+    if (units) {
         code |= sc_simulate(&ctx, &film, &machine, &predicted) != SC_OK;
         for (int rank = 0; rank < ranks; rank++)
             drawn += units[rank];
@@ -240,7 +240,7 @@ static int compare(sc_comm *comm, int frames, double mean_s, double message_s, d
         code |= drawn != predicted.units;
     }
     free(costs);
-    free(units);
+    sc_free(units);
     return code;
 }
 

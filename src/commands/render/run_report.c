@@ -131,26 +131,19 @@ static sc_status gather_trace(sc_run *run, const sc_rank_record *records)
     size_t count = sc_trace_count(run->trace), largest = 1;
     SC_OWN(sc_free_at) size_t *counts = NULL;
     SC_OWN(sc_free_at) sc_trace_event *mine = NULL, *all = NULL;
-    sc_status status = SC_OK;
 
-    if (first)
-        status = SC_ALLOC(app->ctx, ranks, &counts);
-    SC_PASS(sc_comm_agree(app->comm, status));
-    sc_comm_gather(app->comm, &count, sizeof count, counts);
+    SC_PASS(sc_comm_gather(app->ctx, app->comm, &count, sizeof count, &counts));
     for (size_t i = 0; first && i < ranks; i++)
         largest = counts[i] > largest ? counts[i] : largest;
     sc_comm_broadcast(app->comm, &largest, sizeof largest);
-    status = SC_ZALLOC(app->ctx, largest, &mine);
-    if (first && status == SC_OK)
-        status = SC_ALLOC(app->ctx, ranks * largest, &all);
-    SC_PASS(sc_comm_agree(app->comm, status));
+    SC_PASS(sc_comm_agree(app->comm, SC_ZALLOC(app->ctx, largest, &mine)));
     if (first && sc_trace_dropped(run->trace))
         sc_info(app->ctx,
                 "trace.json holds only the first %zu events of each rank; later ones found no room",
                 count);
     if (count)
         memcpy(mine, sc_trace_events(run->trace), count * sizeof(sc_trace_event));
-    sc_comm_gather(app->comm, mine, largest * sizeof(sc_trace_event), all);
+    SC_PASS(sc_comm_gather(app->ctx, app->comm, mine, largest * sizeof *mine, &all));
     return first ? write_trace(run, records, all, counts, largest) : SC_OK;
 }
 
@@ -305,22 +298,6 @@ static void describe_run(const sc_run *run, record_texts *texts, sc_run_record *
     record->renderer_bytes = sc_session_renderer_bytes(&run->session, &record->derived_bytes);
 }
 
-/* Gather the timing records of all ranks on rank 0. @param out caller owns: sc_free; NULL on the
- * others. Collective. */
-static sc_status gather_ranks(sc_run *run, void **out)
-{
-    const sc_app *app = run->app;
-    SC_OWN(sc_free_at) void *all = NULL;
-    sc_status status = SC_OK;
-
-    if (sc_comm_rank(app->comm) == 0)
-        status = sc_alloc(app->ctx, (size_t)sc_comm_size(app->comm), sizeof(sc_rank_record), &all);
-    SC_PASS(sc_comm_agree(app->comm, status));
-    sc_comm_gather(app->comm, &run->session.times, sizeof run->session.times, all);
-    SC_HAND_OVER(all, out);
-    return SC_OK;
-}
-
 /* For sc_ctx.write: keep the first error in a text of ERROR_BYTES. */
 enum { ERROR_BYTES = 300 };
 static void keep_error(void *user, sc_log_level level, const char *text)
@@ -383,7 +360,7 @@ sc_status sc_run_begin_records(sc_run *run)
     sc_run_record record;
     record_texts texts;
     struct timespec now;
-    SC_OWN(sc_free_at) void *all = NULL;
+    SC_OWN(sc_free_at) sc_rank_record *all = NULL;
     sc_status status = SC_OK;
 
     clock_gettime(CLOCK_REALTIME, &now);
@@ -396,7 +373,8 @@ sc_status sc_run_begin_records(sc_run *run)
     SC_PASS(sc_comm_agree(app->comm, status));
     if (!run->keep_records || run->plan.complete)
         return SC_OK;
-    SC_PASS(gather_ranks(run, &all));
+    SC_PASS(
+        sc_comm_gather(app->ctx, app->comm, &run->session.times, sizeof run->session.times, &all));
     if (sc_comm_rank(app->comm) == 0) {
         describe_run(run, &texts, &record);
         record.rank_records = all;
@@ -415,7 +393,7 @@ sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
     record_texts texts;
     SC_OWN(sc_heat_clear) sc_heat heat = {0};
     SC_OWN(sc_free_at) char *path = NULL;
-    SC_OWN(sc_free_at) void *all = NULL;
+    SC_OWN(sc_free_at) sc_rank_record *all = NULL;
 
     describe_run(run, &texts, &record);
     record.ended = true;
@@ -423,7 +401,8 @@ sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
     record.farm_wall_s = times->wall_s;
     record.frames = run->root.results;
     record.frame_count = run->root.result_count;
-    SC_PASS(gather_ranks(run, &all));
+    SC_PASS(
+        sc_comm_gather(app->ctx, app->comm, &run->session.times, sizeof run->session.times, &all));
     record.rank_records = all;
     if (run->keep_records)
         SC_PASS(sc_comm_agree(app->comm, gather_trace(run, all)));

@@ -8,11 +8,10 @@
 
 enum { PASSES_MAX = 1000 };
 
-/* What a rank reports of a measurement; sent as bytes. Times are sums over all passes. */
+/* What a rank reports of a measurement; sent as bytes. */
 typedef struct rank_times {
-    double cpu_s, draw_s, draw_cpu_s, idle_s, gather_s;
-    double load_cpu_s, derive_cpu_s;
-    uint64_t peak_rss_bytes;
+    sc_rank_record record; /* sums over all passes; reading, preparing and sharing once */
+    double derive_cpu_s;   /* of preparing, what opening the scene took */
 } rank_times;
 
 /* A cell while it is measured, on one rank of its communicator. */
@@ -22,7 +21,7 @@ typedef struct visit {
     sc_session *session;
     int *frames, frame_count;
     double derive_s, derive_cpu_s; /* what opening its scene took */
-    rank_times times;
+    sc_rank_record times;          /* sums over all passes */
     /* on rank 0 */
     uint64_t rays, samples, contributions; /* of all passes */
     uint64_t hash;                         /* of the pass */
@@ -82,10 +81,10 @@ static sc_status draw_once(visit *v, int count)
     v->wall_s += sc_wall_s() - wall_s;
     v->energy_j += sc_energy_j() - energy_j;
     v->times.cpu_s += sc_cpu_s() - cpu_s;
-    v->times.draw_s += times.render_wall_s;
-    v->times.draw_cpu_s += times.render_cpu_s;
-    v->times.idle_s += times.idle_s;
-    v->times.gather_s += times.gather_wall_s;
+    v->times.phases[SC_PHASE_RENDER].wall_s += times.render_wall_s;
+    v->times.phases[SC_PHASE_RENDER].cpu_s += times.render_cpu_s;
+    v->times.phases[SC_PHASE_IDLE].wall_s += times.idle_s;
+    v->times.phases[SC_PHASE_GATHER].wall_s += times.gather_wall_s;
     v->accept_s += times.accept_wall_s;
     return SC_OK;
 }
@@ -93,7 +92,7 @@ static sc_status draw_once(visit *v, int count)
 /* Forget what has been added up. */
 static void begin_counting(visit *v)
 {
-    v->times = (rank_times){0};
+    v->times = (sc_rank_record){0};
     v->rays = v->samples = v->contributions = 0;
     v->wall_s = v->accept_s = v->energy_j = 0;
 }
@@ -182,26 +181,23 @@ static sc_status share_frames(visit *v)
 
 /* ---- results ---- */
 
-/* Add up the reports of all ranks. */
-static void add_ranks(const rank_times *ranks, int count, int passes, sc_measurement *m)
+/* Add what one of @p ranks ranks has taken for @p passes passes to the measurement of one. */
+static void add_rank(const sc_rank_record *r, int ranks, int passes, sc_measurement *m)
 {
-    const double share = 1.0 / passes;
+    const sc_phase_time *phases = r->phases;
+    const double draw_s = phases[SC_PHASE_RENDER].wall_s / passes;
 
-    for (int i = 0; i < count; i++) {
-        const rank_times *r = &ranks[i];
-
-        m->cpu_s += r->cpu_s * share;
-        m->draw_cpu_s += r->draw_cpu_s * share;
-        m->draw_most_s = r->draw_s * share > m->draw_most_s ? r->draw_s * share : m->draw_most_s;
-        m->draw_mean_s += r->draw_s * share / count;
-        m->idle_mean_s += r->idle_s * share / count;
-        m->gather_mean_s += r->gather_s * share / count;
-        m->prepare_cpu_s += r->load_cpu_s + r->derive_cpu_s;
-        m->derive_cpu_s += r->derive_cpu_s;
-        m->peak_rss_sum_bytes += r->peak_rss_bytes;
-        if (r->peak_rss_bytes > m->peak_rss_most_bytes)
-            m->peak_rss_most_bytes = r->peak_rss_bytes;
-    }
+    m->cpu_s += r->cpu_s / passes;
+    m->draw_cpu_s += phases[SC_PHASE_RENDER].cpu_s / passes;
+    m->draw_most_s = fmax(m->draw_most_s, draw_s);
+    m->draw_mean_s += draw_s / ranks;
+    m->idle_mean_s += phases[SC_PHASE_IDLE].wall_s / passes / ranks;
+    m->gather_mean_s += phases[SC_PHASE_GATHER].wall_s / passes / ranks;
+    m->prepare_cpu_s +=
+        phases[SC_PHASE_READ].cpu_s + phases[SC_PHASE_PREPARE].cpu_s + phases[SC_PHASE_SHARE].cpu_s;
+    m->peak_rss_sum_bytes += r->peak_rss_bytes;
+    if (r->peak_rss_bytes > m->peak_rss_most_bytes)
+        m->peak_rss_most_bytes = r->peak_rss_bytes;
 }
 
 /* Gather the reports of all ranks, and make the measurement of them on rank 0. Collective on the
@@ -212,19 +208,14 @@ static sc_status report(visit *v, int cell, const sc_study_way *way, int passes,
     const sc_app *app = v->app;
     const sc_phase_time *phases = v->state->held.load.phases;
     const int ranks = sc_comm_size(app->comm);
-    const bool first = sc_comm_rank(app->comm) == 0;
+    rank_times mine = {v->times, v->derive_cpu_s};
     SC_OWN(sc_free_at) rank_times *all = NULL;
-    sc_status status = SC_OK;
 
-    v->times.load_cpu_s =
-        phases[SC_PHASE_READ].cpu_s + phases[SC_PHASE_PREPARE].cpu_s + phases[SC_PHASE_SHARE].cpu_s;
-    v->times.derive_cpu_s = v->derive_cpu_s;
-    v->times.peak_rss_bytes = sc_peak_rss_since();
-    if (first)
-        status = SC_ALLOC(app->ctx, (size_t)ranks, &all);
-    SC_PASS(sc_comm_agree(app->comm, status));
-    sc_comm_gather(app->comm, &v->times, sizeof v->times, all);
-    if (first) {
+    memcpy(mine.record.phases, phases, (SC_PHASE_SHARE + 1) * sizeof *phases);
+    mine.record.phases[SC_PHASE_PREPARE].cpu_s += v->derive_cpu_s;
+    mine.record.peak_rss_bytes = sc_peak_rss_since();
+    SC_PASS(sc_comm_gather(app->ctx, app->comm, &mine, sizeof mine, &all));
+    if (all) {
         *out = (sc_measurement){
             .cell = cell,
             .round = way->round,
@@ -246,7 +237,10 @@ static sc_status report(visit *v, int cell, const sc_study_way *way, int passes,
             .prepared_bytes = sc_inputs_bytes(v->session->inputs),
             .energy_j = sc_energy_j() >= 0 && v->energy_j >= 0 ? v->energy_j / passes : -1,
             .pixels_hash = v->hash};
-        add_ranks(all, ranks, passes, out);
+        for (int i = 0; i < ranks; i++) {
+            add_rank(&all[i].record, ranks, passes, out);
+            out->derive_cpu_s += all[i].derive_cpu_s;
+        }
     }
     return SC_OK;
 }
@@ -269,22 +263,8 @@ static void take_record(void *user, const sc_run_record *record)
     m->share_s = first[SC_PHASE_SHARE].wall_s;
     m->prepared_bytes = record->prepared_bytes;
     m->accept_s = record->rank_records[0].accept_wall_s;
-    for (int i = 0; i < record->ranks; i++) {
-        const sc_rank_record *r = &record->rank_records[i];
-        const double draw_s = r->phases[SC_PHASE_RENDER].wall_s;
-
-        m->cpu_s += r->cpu_s;
-        m->draw_cpu_s += r->phases[SC_PHASE_RENDER].cpu_s;
-        m->draw_most_s = draw_s > m->draw_most_s ? draw_s : m->draw_most_s;
-        m->draw_mean_s += draw_s / record->ranks;
-        m->idle_mean_s += r->phases[SC_PHASE_IDLE].wall_s / record->ranks;
-        m->gather_mean_s += r->phases[SC_PHASE_GATHER].wall_s / record->ranks;
-        m->prepare_cpu_s += r->phases[SC_PHASE_READ].cpu_s + r->phases[SC_PHASE_PREPARE].cpu_s +
-                            r->phases[SC_PHASE_SHARE].cpu_s;
-        m->peak_rss_sum_bytes += r->peak_rss_bytes;
-        if (r->peak_rss_bytes > m->peak_rss_most_bytes)
-            m->peak_rss_most_bytes = r->peak_rss_bytes;
-    }
+    for (int i = 0; i < record->ranks; i++)
+        add_rank(&record->rank_records[i], record->ranks, 1, m);
     for (int i = 0; i < record->frame_count; i++) {
         const sc_frame_result *f = &record->frames[i];
 
