@@ -21,6 +21,34 @@ bool sc_json_hash(const json_t *value, uint64_t *out);
 /** @return a hash as these digits: JSON numbers cannot hold 64 bits exactly; NULL: no memory. */
 json_t *sc_json_of_hash(uint64_t hash);
 
+/** What a member of a struct is, and how it stands in JSON. */
+typedef enum sc_json_kind {
+    SC_JSON_BOOL,
+    SC_JSON_INT,     /**< int32_t, not negative */
+    SC_JSON_COUNT,   /**< uint64_t that JSON holds as a number */
+    SC_JSON_TIME,    /**< int64_t, not negative */
+    SC_JSON_SECONDS, /**< double, not negative */
+    SC_JSON_REAL,    /**< double; -1: it was not measured */
+    SC_JSON_HASH,    /**< uint64_t as 16 hexadecimal digits */
+    SC_JSON_TEXT,    /**< char[bytes]; null: empty */
+} sc_json_kind;
+/** A member of a struct that stands in JSON: writing and reading walk one list of them. */
+typedef struct sc_json_row {
+    const char *key; /**< NULL ends a list */
+    sc_json_kind kind;
+    size_t offset, bytes;
+} sc_json_row;
+#define SC_JSON_ROW(kind, type, member)                                                            \
+    {                                                                                              \
+#member, SC_JSON_##kind, offsetof(type, member), sizeof(((type *)NULL)->member)            \
+    }
+/** @return the member of the struct at @p from, or an object of all rows; NULL: no memory. */
+json_t *sc_json_of_row(const sc_json_row *row, const void *from);
+json_t *sc_json_of_rows(const sc_json_row *rows, const void *from);
+/** Read the member from its value, or all rows from an object. */
+bool sc_json_read_row(const sc_json_row *row, const json_t *value, void *to);
+bool sc_json_read_rows(const sc_json_row *rows, const json_t *object, void *to);
+
 /** Append to an array; @p item and @p to are the function's, and NULL stands for no memory.
  *  @return @p to, or NULL once there was no memory. */
 json_t *sc_json_with(json_t *to, json_t *item);

@@ -59,5 +59,5 @@ export const compareStudies = ({ studies, cells, cell_count, unit }) => [
   section("Where they were measured", table("The last run of each study",
     ["Directory", "Title", "Begin", "Host", "Processor", "Ranks", "Cores of rank 0", "Kernel", "segcast", "Measurements", "State"],
     studies.map(({ name, title, run, count, complete }) => [name, title, run?.begin, run?.host, run?.processor, run?.ranks,
-      run?.cores, run?.kernel || null, run ? `${run.version}, commit ${run.commit}` : null, count,
+      run?.cores, run?.kernel || null, run ? `${run.version}, commit ${run.commit ?? "unknown"}` : null, count,
       complete ? "complete" : "incomplete"])))];

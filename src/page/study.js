@@ -191,7 +191,7 @@ const machines = ({ runs, run_count: count }) => section("Where it was measured"
   runs.length < count ? "The last runs of segcast study" : "Runs of segcast study",
   ["Begin", "Host", "Processor", "Nodes", "Ranks", "Cores of rank 0", "Kernel", "MPI", "segcast", "Batch job"],
   runs.map((run) => [run.begin, run.host, run.processor, run.nodes, run.ranks, run.cores, run.kernel || null, run.mpi,
-    `${run.version}, commit ${run.commit}`, run.batch_job || null])));
+    `${run.version}, commit ${run.commit ?? "unknown"}`, run.batch_job || null])));
 
 const skipped = ({ missing, skipped: all }) => missing || all.length ? section("Not measured",
   missing ? el("p", {}, `${plural(missing, "cell")} not yet.`) : null,

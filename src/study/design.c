@@ -1,53 +1,47 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What a study varies, and the lists of what it has measured. */
 #include "internal.h"
-#include "measurement_rows.h"
 
-#define ROW(type, member)                                                                          \
-    {                                                                                              \
-#member, SC_ROW_##type, offsetof(sc_measurement, member)                                   \
-    }
+#define ROW(kind, member) SC_JSON_ROW(kind, sc_measurement, member)
 
-const sc_measurement_row sc_measurement_rows[] = {ROW(INT, cell),
-                                                  ROW(INT, round),
-                                                  ROW(INT, passes),
-                                                  ROW(INT, frames),
-                                                  ROW(INT, ranks),
-                                                  ROW(INT, nodes),
-                                                  ROW(INT, threads),
-                                                  ROW(TIME, begin_unix_s),
-                                                  ROW(SECONDS, wall_s),
-                                                  ROW(SECONDS, cpu_s),
-                                                  ROW(SECONDS, draw_cpu_s),
-                                                  ROW(SECONDS, draw_most_s),
-                                                  ROW(SECONDS, draw_mean_s),
-                                                  ROW(SECONDS, idle_mean_s),
-                                                  ROW(SECONDS, gather_mean_s),
-                                                  ROW(SECONDS, accept_s),
-                                                  ROW(SECONDS, read_s),
-                                                  ROW(SECONDS, prepare_s),
-                                                  ROW(SECONDS, share_s),
-                                                  ROW(SECONDS, prepare_cpu_s),
-                                                  ROW(SECONDS, derive_s),
-                                                  ROW(SECONDS, derive_cpu_s),
-                                                  ROW(COUNT, rays),
-                                                  ROW(COUNT, samples),
-                                                  ROW(COUNT, contributions),
-                                                  ROW(COUNT, peak_rss_most_bytes),
-                                                  ROW(COUNT, peak_rss_sum_bytes),
-                                                  ROW(COUNT, prepared_bytes),
-                                                  ROW(REAL, energy_j),
-                                                  ROW(HASH, pixels_hash),
-                                                  {0}};
+const sc_json_row sc_measurement_rows[] = {ROW(INT, cell),
+                                           ROW(INT, round),
+                                           ROW(INT, passes),
+                                           ROW(INT, frames),
+                                           ROW(INT, ranks),
+                                           ROW(INT, nodes),
+                                           ROW(INT, threads),
+                                           ROW(TIME, begin_unix_s),
+                                           ROW(SECONDS, wall_s),
+                                           ROW(SECONDS, cpu_s),
+                                           ROW(SECONDS, draw_cpu_s),
+                                           ROW(SECONDS, draw_most_s),
+                                           ROW(SECONDS, draw_mean_s),
+                                           ROW(SECONDS, idle_mean_s),
+                                           ROW(SECONDS, gather_mean_s),
+                                           ROW(SECONDS, accept_s),
+                                           ROW(SECONDS, read_s),
+                                           ROW(SECONDS, prepare_s),
+                                           ROW(SECONDS, share_s),
+                                           ROW(SECONDS, prepare_cpu_s),
+                                           ROW(SECONDS, derive_s),
+                                           ROW(SECONDS, derive_cpu_s),
+                                           ROW(COUNT, rays),
+                                           ROW(COUNT, samples),
+                                           ROW(COUNT, contributions),
+                                           ROW(COUNT, peak_rss_most_bytes),
+                                           ROW(COUNT, peak_rss_sum_bytes),
+                                           ROW(COUNT, prepared_bytes),
+                                           ROW(REAL, energy_j),
+                                           ROW(HASH, pixels_hash),
+                                           {0}};
 
-#define TEXT(member)                                                                               \
-    {                                                                                              \
-#member, offsetof(sc_study_run, member), sizeof(((sc_study_run *)NULL)->member)            \
-    }
+#define RUN(kind, member) SC_JSON_ROW(kind, sc_study_run, member)
 
-const sc_run_text sc_run_texts[] = {TEXT(begin),  TEXT(host),      TEXT(processor),
-                                    TEXT(mpi),    TEXT(version),   TEXT(commit),
-                                    TEXT(kernel), TEXT(batch_job), {NULL, 0, 0}};
+const sc_json_row sc_study_run_rows[] = {
+    RUN(INT, ranks),   RUN(INT, nodes),      RUN(INT, cores),      RUN(TEXT, begin),
+    RUN(TEXT, host),   RUN(TEXT, processor), RUN(TEXT, mpi),       RUN(TEXT, version),
+    RUN(TEXT, commit), RUN(TEXT, kernel),    RUN(TEXT, batch_job), {0}};
 
 void sc_design_clear(sc_design *design)
 {

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Writes the file of measurements: JSON Lines, each flushed to disk before the next measurement. */
-#include "measurement_rows.h"
-#include "segcast/json_values.h"
+#include "internal.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -16,48 +15,9 @@ struct sc_measurement_file {
 
 /* ---- JSON ---- */
 
-/* The value of a row of @p item. @return NULL when out of memory. */
-static json_t *row_json(const sc_measurement_row *row, const sc_measurement *item)
-{
-    const char *at = (const char *)item + row->offset;
-
-    switch (row->type) {
-    case SC_ROW_INT:
-        return json_integer(*(const int32_t *)(const void *)at);
-    case SC_ROW_COUNT:
-        return json_integer((json_int_t) * (const uint64_t *)(const void *)at);
-    case SC_ROW_TIME:
-        return json_integer(*(const int64_t *)(const void *)at);
-    case SC_ROW_HASH:
-        return sc_json_of_hash(*(const uint64_t *)(const void *)at);
-    case SC_ROW_SECONDS:
-    case SC_ROW_REAL:
-        break;
-    }
-    return json_real(*(const double *)(const void *)at);
-}
-
-static json_t *measurement_json(const sc_measurement *item)
-{
-    json_t *json = json_object();
-
-    for (const sc_measurement_row *row = sc_measurement_rows; row->name && json; row++)
-        json = sc_json_with_key(json, row->name, row_json(row, item));
-    return json;
-}
-
 json_t *sc_study_run_json(const sc_study_run *run)
 {
-    json_t *json =
-        json_pack("{s:i, s:i, s:i}", "ranks", run->ranks, "nodes", run->nodes, "cores", run->cores);
-
-    for (const sc_run_text *text = sc_run_texts; text->name && json; text++) {
-        char valid[sizeof run->host]; /* texts of the system need not be UTF-8 */
-
-        (void)sc_copy_name((const char *)run + text->offset, valid, sizeof valid);
-        json = sc_json_with_key(json, text->name, json_string(valid));
-    }
-    return json;
+    return sc_json_of_rows(sc_study_run_rows, run);
 }
 
 static json_t *axes_json(const sc_design *design)
@@ -172,7 +132,7 @@ sc_status sc_measurement_file_resume(const sc_ctx *ctx, const char *path, uint64
 sc_status sc_measurement_file_add(const sc_ctx *ctx, sc_measurement_file *file,
                                   const sc_measurement *item)
 {
-    json_t *json = measurement_json(item);
+    json_t *json = sc_json_of_rows(sc_measurement_rows, item);
 
     return write_line(ctx, file, json ? json_pack("{s:o}", "measurement", json) : NULL);
 }

@@ -2,64 +2,13 @@
 /* Reads a file of measurements. Nothing in it is trusted: numbers are checked against their ranges,
  * cells against the design. */
 #include "internal.h"
-#include "measurement_rows.h"
 #include "segcast/json_values.h"
 
 #include <jansson.h>
 
 /* A study of the largest design measured a thousand times writes less. */
 enum { FILE_MAX_MIB = 1024 };
-#define REAL_MOST 1e15
-enum { AXES_MAX = 64, CELLS_MAX = 1000000, LONGEST_RUN = 1000000 };
-
-/* ---- values; false: missing, of another type or out of range ---- */
-
-static bool read_row(const json_t *value, const sc_measurement_row *row, sc_measurement *item)
-{
-    void *at = (char *)item + row->offset;
-
-    switch (row->type) {
-    case SC_ROW_INT:
-        return sc_json_int(value, 0, INT32_MAX, at);
-    case SC_ROW_COUNT:
-        return sc_json_count(value, at);
-    case SC_ROW_TIME:
-        *(int64_t *)at = json_integer_value(value);
-        return json_is_integer(value) && json_integer_value(value) >= 0;
-    case SC_ROW_HASH:
-        return sc_json_hash(value, at);
-    case SC_ROW_SECONDS:
-        return sc_json_real(value, 0, REAL_MOST, at);
-    case SC_ROW_REAL: /* -1: it cannot be read here */
-        return sc_json_real(value, -1, REAL_MOST, at);
-    }
-    return false;
-}
-
-/* @return whether the object holds a measurement of a cell of the design. */
-static bool read_measurement(const json_t *object, int cells, sc_measurement *out)
-{
-    for (const sc_measurement_row *row = sc_measurement_rows; row->name; row++) {
-        if (!read_row(json_object_get(object, row->name), row, out))
-            return false;
-    }
-    return out->cell < cells && out->passes > 0 && out->frames > 0 && out->ranks > 0 &&
-           out->threads > 0;
-}
-
-static bool read_run(const json_t *object, sc_study_run *out)
-{
-    *out = (sc_study_run){0};
-    for (const sc_run_text *text = sc_run_texts; text->name; text++) {
-        const char *value = json_string_value(json_object_get(object, text->name));
-
-        (void)sc_copy_name(value ? value : "", (char *)out + text->offset, text->bytes);
-    }
-    return json_is_object(object) &&
-           sc_json_int(json_object_get(object, "ranks"), 1, LONGEST_RUN, &out->ranks) &&
-           sc_json_int(json_object_get(object, "nodes"), 1, LONGEST_RUN, &out->nodes) &&
-           sc_json_int(json_object_get(object, "cores"), 1, LONGEST_RUN, &out->cores);
-}
+enum { AXES_MAX = 64, CELLS_MAX = 1000000 };
 
 /* ---- the design, in the first line ---- */
 
@@ -146,7 +95,9 @@ static sc_status read_line(const sc_ctx *ctx, const json_t *line, sc_measurement
     if (out->complete)
         return SC_OK;
     if (json_object_get(line, "run")) {
-        *good = read_run(json_object_get(line, "run"), &run);
+        run = (sc_study_run){0};
+        *good = sc_json_read_rows(sc_study_run_rows, json_object_get(line, "run"), &run) &&
+                run.ranks > 0 && run.nodes > 0 && run.cores > 0;
         if (*good)
             SC_PASS(sc_keep_made_from(ctx, json_object_get(line, "run"), &run.made_from));
         return *good ? sc_measurements_add_run(ctx, out, &run) : SC_OK;
@@ -155,7 +106,9 @@ static sc_status read_line(const sc_ctx *ctx, const json_t *line, sc_measurement
         *good = reason && sc_json_int(json_object_get(skipped, "cell"), 0, cells - 1, &cell);
         return *good ? sc_measurements_skip(ctx, out, cell, reason) : SC_OK;
     }
-    *good = read_measurement(json_object_get(line, "measurement"), cells, &item);
+    *good = sc_json_read_rows(sc_measurement_rows, json_object_get(line, "measurement"), &item) &&
+            item.cell < cells && item.passes > 0 && item.frames > 0 && item.ranks > 0 &&
+            item.threads > 0;
     return *good ? sc_measurements_append(ctx, out, &item) : SC_OK;
 }
 

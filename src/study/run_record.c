@@ -87,19 +87,12 @@ static bool next_frame(frame_cursor *cursor, sc_past_frame *out)
 static json_t *frame_json(const sc_past_frame *past)
 {
     const sc_frame_result *f = &past->result;
-    json_t *run = past->run >= 0 ? json_integer(past->run) : json_null();
-    json_t *hash = sc_json_of_hash(f->hash);
+    json_t *json = sc_json_of_rows(sc_frame_rows, f);
 
-    if (!past->measured)
-        return json_pack("{s:i, s:o, s:i, s:n, s:f, s:n, s:n, s:n, s:n, s:o}", "frame", f->frame,
-                         "run", run, "rank", f->rank, "render_wall_s", "render_cpu_s",
-                         f->render_cpu_s, "wait_s", "rays", "samples", "contributions", "hash",
-                         hash);
-    return json_pack("{s:i, s:o, s:i, s:f, s:f, s:f, s:I, s:I, s:I, s:o}", "frame", f->frame, "run",
-                     run, "rank", f->rank, "render_wall_s", f->render_wall_s, "render_cpu_s",
-                     f->render_cpu_s, "wait_s", f->wait_s, "rays", (json_int_t)f->rays, "samples",
-                     (json_int_t)f->samples, "contributions", (json_int_t)f->contributions, "hash",
-                     hash);
+    for (const sc_json_row *row = sc_measured_rows; row->key && json; row++)
+        json =
+            sc_json_with_key(json, row->key, past->measured ? sc_json_of_row(row, f) : json_null());
+    return sc_json_with_key(json, "run", past->run >= 0 ? json_integer(past->run) : json_null());
 }
 
 /* The array `frames`: of this run and of earlier ones. */
@@ -182,12 +175,6 @@ static sc_status fill_entry(const sc_ctx *ctx, const sc_run_record *run, sc_run_
     return SC_OK;
 }
 
-/* @return the text, or NULL, which stands for null, if it is empty. */
-static const char *known(const char *text)
-{
-    return text[0] ? text : NULL;
-}
-
 /* The array `hosts` of a run. */
 static json_t *hosts_json(const sc_run_entry *run)
 {
@@ -208,17 +195,16 @@ static json_t *rank_hosts_json(const sc_run_entry *run)
     return places;
 }
 
+/* What stands of a run in `runs`, and of the last one also above. */
+static json_t *known_json(const sc_run_entry *run)
+{
+    return sc_json_with_key(sc_json_of_rows(sc_run_entry_rows, run), "hosts", hosts_json(run));
+}
+
 /* An element of the array `runs`. */
 static json_t *entry_json(const sc_run_entry *run)
 {
-    json_t *json = json_pack(
-        "{s:o, s:b, s:s, s:s, s:o, s:i, s:i, s:i, s:f, s:f, s:f, s:i, s:s?, s:s?, "
-        "s:s?, s:s?, s:s?}",
-        "id", sc_json_of_hash(run->id), "ended", run->ended, "begin", run->begin, "host", run->host,
-        "hosts", hosts_json(run), "ranks", run->ranks, "threads", run->threads, "nodes", run->nodes,
-        "wall_s", run->wall_s, "cpu_s", run->cpu_s, "farm_wall_s", run->farm_wall_s, "frames",
-        run->frames, "processor", known(run->processor), "kernel", known(run->kernel), "mpi",
-        known(run->mpi), "commit", known(run->commit), "batch_job", known(run->batch_job));
+    json_t *json = known_json(run);
 
     if (run->made_from)
         json = sc_json_with_key(json, "made_from", json_loads(run->made_from, 0, NULL));
@@ -246,10 +232,11 @@ static json_t *core_time_json(const sc_run_record *run)
     return json;
 }
 
-/* All of stats.json. */
+/* All of stats.json: what `runs` says of this run, and more. */
 static json_t *run_json(const sc_run_record *run, const sc_run_entry *entry)
 {
-    json_t *peaks = json_array();
+    json_t *peaks = json_array(), *json;
+    json_auto_t *known = known_json(entry);
     const double render_cpu_s = sc_run_phase(run, SC_PHASE_RENDER).cpu_s;
     double rays = 0;
 
@@ -257,27 +244,23 @@ static json_t *run_json(const sc_run_record *run, const sc_run_entry *entry)
         peaks = sc_json_with(peaks, json_integer((json_int_t)run->rank_records[i].peak_rss_bytes));
     for (int i = 0; i < run->frame_count; i++)
         rays += (double)run->frames[i].rays;
-    return json_pack(
-        "{s:s, s:s, s:o, s:o, s:s, s:i, s:i, s:i, s:f, s:f, s:o, s:o, s:o, s:{s:I, s:I, s:I, s:I, "
-        "s:o}, s:{s:f, s:f}, s:f, s:s, s:s?, s:s?, s:s?, s:s?, s:s?, s:o, s:f, s:b, s:b, s:o, s:o, "
-        "s:o, s:o}",
+    json = json_pack(
+        "{s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:{s:f, s:f}, s:f, s:b, s:b, s:o, s:o, s:o, s:o}",
         "schema", SC_STATS_SCHEMA, "version", run->version, "job_hash",
-        sc_json_of_hash(run->job.job), "volume_hash", sc_json_of_hash(run->job.volume), "host",
-        entry->host, "ranks", run->ranks, "threads", run->rank_records[0].threads, "nodes",
-        run->nodes, "wall_s", run->wall_s, "cpu_s", total_cpu_s(run), "phases", phases_json(run),
-        "runs", runs_json(run, entry), "frames", frames_json(run), "memory", "volume_bytes",
-        (json_int_t)run->volume_bytes, "prepared_bytes", (json_int_t)run->prepared_bytes,
-        "derived_bytes", (json_int_t)run->derived_bytes, "renderer_bytes",
-        (json_int_t)run->renderer_bytes, "peak_rss_bytes", peaks, "speed", "frames_per_s",
-        run->wall_s > 0 ? run->frame_count / run->wall_s : 0, "mrays_per_cpu_s",
+        sc_json_of_hash(run->job.job), "volume_hash", sc_json_of_hash(run->job.volume), "phases",
+        phases_json(run), "runs", runs_json(run, entry), "frames", frames_json(run), "memory",
+        sc_json_with_key(sc_json_of_rows(sc_memory_rows, run), "peak_rss_bytes", peaks), "speed",
+        "frames_per_s", run->wall_s > 0 ? run->frame_count / run->wall_s : 0, "mrays_per_cpu_s",
         render_cpu_s > 0 ? rays / render_cpu_s / 1e6 : 0, "imbalance", sc_run_imbalance(run),
-        "begin", entry->begin, "commit", known(entry->commit), "processor", known(entry->processor),
-        "kernel", known(entry->kernel), "mpi", known(entry->mpi), "batch_job",
-        known(entry->batch_job), "hosts", hosts_json(entry), "farm_wall_s", run->farm_wall_s,
         "wrote_png", run->wrote_png, "from_prepared", run->from_prepared, "core_time",
         core_time_json(run), "heat", sc_heat_to_json(run->heat), "per_rank",
         sc_ranks_to_json(run->rank_records, run->ranks), "settings",
         run->settings ? json_loads(run->settings, 0, NULL) : json_null());
+    if (json && (!known || json_object_update_missing(json, known))) {
+        json_decref(json);
+        json = NULL;
+    }
+    return json;
 }
 
 /* Write stats.json under @p path. */

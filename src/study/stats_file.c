@@ -4,32 +4,30 @@
 #include "heat_json.h"
 #include "internal.h"
 #include "rank_json.h"
-#include "segcast/json_values.h"
 
 /* The largest stats.json that is read; see history.c. */
 #define STATS_BYTES_MAX ((size_t)1 << 30)
 
-/* Read a truth value. */
-static bool read_bool(const json_t *object, const char *key, bool *out)
-{
-    const json_t *value = json_object_get(object, key);
+#define ROW(kind, member) SC_JSON_ROW(kind, sc_run_record, member)
+#define SPEED(member) SC_JSON_ROW(SECONDS, sc_run_stats, member)
 
-    *out = json_is_true(value);
-    return json_is_boolean(value);
-}
+const sc_json_row sc_memory_rows[] = {ROW(COUNT, volume_bytes),
+                                      ROW(COUNT, prepared_bytes),
+                                      ROW(COUNT, derived_bytes),
+                                      ROW(COUNT, renderer_bytes),
+                                      {0}};
+static const sc_json_row speed_rows[] = {SPEED(frames_per_s), SPEED(mrays_per_cpu_s), {0}};
+static const sc_json_row how_rows[] = {ROW(BOOL, wrote_png), ROW(BOOL, from_prepared), {0}};
 
-/* Read memory and speed. */
+/* Read memory, speed, and what else is told of the last run alone. */
 static bool read_figures(const json_t *root, sc_run_stats *out)
 {
-    const json_t *memory = json_object_get(root, "memory"), *speed = json_object_get(root, "speed");
+    const json_t *memory = json_object_get(root, "memory");
     const json_t *peaks = json_object_get(memory, "peak_rss_bytes");
 
-    if (!sc_json_count(json_object_get(memory, "volume_bytes"), &out->run.volume_bytes) ||
-        !sc_json_count(json_object_get(memory, "prepared_bytes"), &out->run.prepared_bytes) ||
-        !sc_json_count(json_object_get(memory, "derived_bytes"), &out->run.derived_bytes) ||
-        !sc_json_count(json_object_get(memory, "renderer_bytes"), &out->run.renderer_bytes) ||
-        !sc_json_real(json_object_get(speed, "frames_per_s"), 0, 1e18, &out->frames_per_s) ||
-        !sc_json_real(json_object_get(speed, "mrays_per_cpu_s"), 0, 1e18, &out->mrays_per_cpu_s) ||
+    if (!sc_json_read_rows(sc_memory_rows, memory, &out->run) ||
+        !sc_json_read_rows(speed_rows, json_object_get(root, "speed"), out) ||
+        !sc_json_read_rows(how_rows, root, &out->run) ||
         json_array_size(peaks) != (size_t)out->run.ranks)
         return false;
     for (int i = 0; i < out->run.ranks; i++) {
@@ -73,9 +71,7 @@ static sc_status read_last_run(const sc_ctx *ctx, const json_t *root, sc_run_sta
     SC_PASS(SC_ZALLOC(ctx, (size_t)last->ranks, &out->ranks));
     strcpy(out->version, version);
     take_last_run(last, out);
-    *good = sc_ranks_from_json(per_rank, out->ranks, last->ranks) && read_figures(root, out) &&
-            read_bool(root, "wrote_png", &out->run.wrote_png) &&
-            read_bool(root, "from_prepared", &out->run.from_prepared);
+    *good = sc_ranks_from_json(per_rank, out->ranks, last->ranks) && read_figures(root, out);
     if (*good)
         SC_PASS(sc_heat_from_json(ctx, json_object_get(root, "heat"), &out->heat, good));
     return SC_OK;
