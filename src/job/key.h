@@ -293,6 +293,12 @@ sc_time_kind sc_time_of_text(const char *text, double *amount);
 /* Read a time in seconds, above 0, of at most some eleven days. @return false if @p node is
  * anything else. */
 bool sc_parse_duration(const sc_yaml *node, double *seconds);
+/* Read a time of the animation. @param key the name of the value, for messages. @param at the share
+ * of the animation, or of a film minus the seconds; also after a mistake. @param is_time false:
+ * @p node is none, which the caller tells. @return the mistake that the time is behind the end,
+ * logged. */
+sc_status sc_read_time(const sc_ctx *ctx, const char *key, const sc_yaml *node, double *at,
+                       bool *is_time);
 
 /* ---- job_times.c ---- */
 
@@ -306,12 +312,6 @@ typedef struct sc_clock {
  * it. @param job holds the defaults. @param is_film it is a film without its shots, of which each
  * has shares of its own. */
 void sc_clock_start(const struct sc_job *job, bool is_film, sc_yaml *root, sc_clock *clock);
-/* Read a time of the animation. @param key the name of the value, for messages. @param at the share
- * of the animation, or of a film minus the seconds; also after a mistake. @param is_time false:
- * @p node is none, which the caller tells. @return the mistake that the time is behind the end,
- * logged. */
-sc_status sc_read_time(const sc_ctx *ctx, const char *key, const sc_yaml *node, double *at,
-                       bool *is_time);
 
 /* ---- settings.c ---- */
 

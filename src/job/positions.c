@@ -68,24 +68,6 @@ static sc_status write_share(const sc_ctx *ctx, const sc_key *key, const void *v
     return sc_write_number(ctx, *(const double *)value, 100, "%", text);
 }
 
-/* Read begin and end of a part of the animation: two times, stored as two doubles in a row. */
-static sc_status read_span(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
-{
-    double span[2];
-    bool are_times = node->kind == SC_YAML_LIST && node->count == 2;
-    sc_status status = SC_OK;
-
-    for (size_t i = 0; i < 2 && are_times; i++) {
-        if (!sc_goes_on(&status,
-                        sc_read_time(ctx, node->key, node->items[i], &span[i], &are_times)))
-            return status;
-    }
-    if (!are_times || span[1] < span[0])
-        return sc_wrong_type(ctx, node, key->type->expected);
-    memcpy(value, span, sizeof span);
-    return status;
-}
-
 /* Write two doubles from 0 to 1 as "[20%, 80%]". */
 static sc_status write_span(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
@@ -170,6 +152,89 @@ bool sc_parse_duration(const sc_yaml *node, double *seconds)
 {
     return node->kind == SC_YAML_SCALAR && sc_parse_seconds(node->text, seconds) && *seconds > 0 &&
            *seconds <= SECONDS_MOST;
+}
+
+/* Read a time that is no share. @param frame where it lies, in frames from the beginning. @return
+ * false if @p node is anything else. */
+static bool parse_time(const sc_yaml *node, double *frame)
+{
+    const bool is_text = node->kind == SC_YAML_SCALAR && node->clock;
+    const sc_time_kind kind = is_text ? sc_time_of_text(node->text, frame) : SC_TIME_NONE;
+
+    if (kind != SC_TIME_FRAMES && kind != SC_TIME_SECONDS)
+        return false;
+    if (kind == SC_TIME_SECONDS)
+        *frame *= node->clock->fps;
+    if (fabs(*frame - floor(*frame + 0.5)) < 1e-9 * *frame) /* 1.1s at 30 fps are frame 33 */
+        *frame = floor(*frame + 0.5);
+    return true;
+}
+
+/* @return the share of the animation at which a frame lies. It is rounded down, so that what
+ * happens at a frame happens there and not one later, and is the one that is written. */
+static double share_of(const sc_clock *clock, double frame)
+{
+    const double share = clock->frames > 1 ? fmin(frame / (clock->frames - 1), 1) : 0;
+    char digits[40];
+
+    snprintf(digits, sizeof digits, "%.12g", floor(share * 100 * 1e9) / 1e9);
+    return strtod(digits, NULL) / 100;
+}
+
+/* Say where the length of the animation is given, unless it is beside the time @p node: that of a
+ * shot is in the shot, while the time may be the film's. @param out [bytes]; empty: beside it. */
+static void name_length(const sc_yaml *length, const sc_yaml *node, char *out, size_t bytes)
+{
+    out[0] = '\0';
+    if (!length || (length->line == node->line && !strcmp(length->origin, node->origin)))
+        return;
+    if (length->line > 0)
+        snprintf(out, bytes, ", by %s:%d", length->origin, length->line);
+    else
+        snprintf(out, bytes, ", by %s", length->origin);
+}
+
+sc_status sc_read_time(const sc_ctx *ctx, const char *key, const sc_yaml *node, double *at,
+                       bool *is_time)
+{
+    const sc_clock *clock = node->clock;
+    const char *unit;
+    char elsewhere[192];
+    double frame;
+
+    if (!parse_time(node, &frame)) {
+        *is_time = sc_parse_position(node, at, &unit) && *unit == '%' && *at >= 0 && *at <= 100;
+        *at /= 100;
+        return SC_OK;
+    }
+    *is_time = true;
+    *at = !clock->is_film ? share_of(clock, frame) : frame > 0 ? -frame / clock->fps : 0;
+    if (clock->is_film || frame <= clock->frames * (1 + 1e-9))
+        return SC_OK;
+    name_length(clock->length, node, elsewhere, sizeof elsewhere);
+    return sc_yaml_fail(ctx, node,
+                        "%s: %s is behind the end of the animation, which has %.0f frame%s at %g "
+                        "frames per second: %.6g s%s",
+                        key, node->text, clock->frames, clock->frames > 1 ? "s" : "", clock->fps,
+                        clock->frames / clock->fps, elsewhere);
+}
+
+/* Read begin and end of a part of the animation: two times, stored as two doubles in a row. */
+static sc_status read_span(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    double span[2];
+    bool are_times = node->kind == SC_YAML_LIST && node->count == 2;
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < 2 && are_times; i++) {
+        if (!sc_goes_on(&status,
+                        sc_read_time(ctx, node->key, node->items[i], &span[i], &are_times)))
+            return status;
+    }
+    if (!are_times || span[1] < span[0])
+        return sc_wrong_type(ctx, node, key->type->expected);
+    memcpy(value, span, sizeof span);
+    return status;
 }
 
 /* A time above 0 is stored as a double, in seconds. */
