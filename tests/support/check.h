@@ -106,30 +106,45 @@ static inline int forget(void **state)
     return 0;
 }
 
-/* TEST(name) { ... } defines a test, and RUN_TESTS(setup, teardown), at the end of the file, a main
- * that runs all of them in their order; setup and teardown, of all together, may be NULL. A main of
- * its own calls run_all_tests. */
+/* TEST(name) { ... } defines a test, TEST_OF_THREADS(name) { ... } one in which threads share what
+ * they share in no other of its program: where the thread sanitizer watches, only these run, if
+ * there are any and SC_TEST_ALL is not set. RUN_TESTS(setup, teardown), at the end of the file, a
+ * main that runs all of them in their order; setup and teardown, of all together, may be NULL. A
+ * main of its own calls run_all_tests. */
 static struct CMUnitTest tests_here[64];
+static bool tests_of_threads[64];
 static size_t tests_here_count;
 
-static inline void keep_test(const char *name, CMUnitTestFunction function)
+static inline void keep_test(const char *name, CMUnitTestFunction function, bool of_threads)
 {
     if (tests_here_count == sizeof tests_here / sizeof tests_here[0])
         abort(); /* none is left out */
+    tests_of_threads[tests_here_count] = of_threads;
     tests_here[tests_here_count++] =
         (struct CMUnitTest){.name = name, .test_func = function, .setup_func = forget};
 }
 
-#define TEST(name)                                                                                 \
+#define TEST(name) SC_TEST(name, false)
+#define TEST_OF_THREADS(name) SC_TEST(name, true)
+#define SC_TEST(name, of_threads)                                                                  \
     static void name(void **);                                                                     \
     __attribute__((constructor)) static void keep_##name(void)                                     \
     {                                                                                              \
-        keep_test(#name, name);                                                                    \
+        keep_test(#name, name, of_threads);                                                        \
     }                                                                                              \
     static void name(__attribute__((unused)) void **state)
 
 static inline int run_all_tests(CMFixtureFunction setup, CMFixtureFunction teardown)
 {
+#ifdef SC_SANITIZED_THREADS
+    size_t of_threads = 0;
+
+    for (size_t i = 0; i < tests_here_count && !getenv("SC_TEST_ALL"); i++) {
+        if (tests_of_threads[i])
+            tests_here[of_threads++] = tests_here[i];
+    }
+    tests_here_count = of_threads ? of_threads : tests_here_count;
+#endif
     return _cmocka_run_group_tests("tests", tests_here, tests_here_count, setup, teardown);
 }
 

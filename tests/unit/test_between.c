@@ -176,7 +176,7 @@ TEST(a_thin_shell_grows_whole)
 
 /* At the ends are the two phases, little else than what changes is touched, and nothing depends on
  * threads. */
-TEST(ends_are_the_phases)
+TEST_OF_THREADS(ends_are_the_phases)
 {
     sc_volume a = phantom_at(0), b = phantom_at(0.2), first = copy_of(&a), other = copy_of(&a);
     sc_between *between = NULL, *again = NULL;

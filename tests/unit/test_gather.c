@@ -612,7 +612,7 @@ TEST_BY_EACH_METHOD(what_a_cut_lays_bare_is_lit)
 
 /* All kernels show the same light, also behind what lets some of it through; so do all processors
  * on the floor, whose light takes most of the time and is not found by kernels that skip. */
-TEST(all_kernels_show_the_same_light)
+TEST_OF_THREADS(all_kernels_show_the_same_light)
 {
     sc_scene scene;
     SC_OWN(free_scene) small_scene s = sky_scene_of(MIDDLE, corner, false, &scene);
@@ -741,7 +741,7 @@ TEST(a_coat_reflects_its_share)
 }
 
 /* All kernels, threads and tiles draw the same paths, past a plane and what lets light through. */
-TEST(all_kernels_follow_the_same_paths)
+TEST_OF_THREADS(all_kernels_follow_the_same_paths)
 {
     sc_scene scene;
     SC_OWN(free_scene) small_scene s = sky_scene(corner, false, &scene);
@@ -958,7 +958,7 @@ TEST(white_in_a_white_room_is_not_seen)
 
 /* Gathered light is that which paths bring to the smooth surface itself, but for the noise of
  * these, the rounding of pixels, and that its rays meet vertices instead. */
-TEST(gathered_light_is_that_of_paths)
+TEST_OF_THREADS(gathered_light_is_that_of_paths)
 {
     sc_scene scene;
     SC_OWN(free_scene) small_scene s = sky_scene(balls, false, &scene);

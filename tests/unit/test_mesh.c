@@ -141,7 +141,7 @@ TEST(two_halves_of_a_ball_at_the_edge_of_a_volume_are_closed)
     check_mesh(halves, mirrored, 3, 0.005);
 }
 
-TEST(a_vessel_of_three_voxels_has_its_volume_to_two_percent)
+TEST_OF_THREADS(a_vessel_of_three_voxels_has_its_volume_to_two_percent)
 {
     check_mesh(vessel, cube, 2, 0.02);
 }

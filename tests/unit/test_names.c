@@ -357,7 +357,7 @@ TEST(names_stand_beside_a_divider)
     }
 }
 
-TEST(the_plan_does_not_depend_on_threads)
+TEST_OF_THREADS(the_plan_does_not_depend_on_threads)
 {
     static film f;
     SC_OWN(sc_free_at) sc_name_plan *one = NULL;

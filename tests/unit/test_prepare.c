@@ -255,7 +255,7 @@ static bool expected_cell(const sc_prepared *v, const uint8_t *show, const int q
     return shown && ((sides && sides < 8) || (sides && low < high) || (border && inside));
 }
 
-TEST(cells_are_marked_and_packed_by_the_rule)
+TEST_OF_THREADS(cells_are_marked_and_packed_by_the_rule)
 {
     const int size[3] = {23, 9, 11};
     const uint8_t show[2][4] = {{0, 1, 1, 1}, {0, 0, 1, 0}};
@@ -416,7 +416,7 @@ static int random_bands(double x, double y, double z)
     return fmod(z, 40) < 8 ? random_id(x, y, z) : 0;
 }
 
-TEST(the_result_does_not_depend_on_threads)
+TEST_OF_THREADS(the_result_does_not_depend_on_threads)
 {
     const int size[3] = {96, 90, 100};            /* more bricks than the threads take at a time */
     const double spacing_mm[3] = {0.7, 1.1, 1.3}; /* areas that binary fractions do not hold */
@@ -432,7 +432,7 @@ TEST(the_result_does_not_depend_on_threads)
     sc_free(copies[1].block);
 }
 
-TEST(masks_hold_the_visible_voxels_and_hull_points_their_corners)
+TEST_OF_THREADS(masks_hold_the_visible_voxels_and_hull_points_their_corners)
 {
     const int size[3] = {81, 73, 77};
     const uint8_t nothing[2] = {0, 0}, shell[2] = {0, SC_SHOW_BOUNDARY};
@@ -492,7 +492,7 @@ static int slab_on_block(double x, double y, double z)
 
 /* Distances of bricks and cells against a search by brute force, and the pyramid level by level,
  * all with formulas of their own. Few cells are set, in two corners, so that distances are long. */
-TEST(distances_and_the_pyramid_say_what_is_empty)
+TEST_OF_THREADS(distances_and_the_pyramid_say_what_is_empty)
 {
     static const uint8_t show[4] = {0, SC_SHOW_BOUNDARY, 0, 0};
     const int size[3] = {75, 21, 18};

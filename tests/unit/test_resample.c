@@ -71,7 +71,7 @@ static void check_drawn(const sc_volume *v, const double spacing[3])
     } while (next_voxel(v, at));
 }
 
-TEST(copied_voxels_are_found_and_removed)
+TEST_OF_THREADS(copied_voxels_are_found_and_removed)
 {
     static const double tries[][3] = {{4, 4, 4}, {2, 3, 1}, {2.5, 1.75, 3.2}, {1, 1, 4.11}};
     static const double begins[][3] = {{0, 0, 0}, {-1, -2, 0}, {-0.3, -1.1, -2}, {0, 0, -0.7}};
@@ -269,7 +269,7 @@ static void check_skin(void)
     assert_true(inside > 3000 && skin > 1000 && skin < 12000);
 }
 
-TEST(closed_skins_stay_closed)
+TEST_OF_THREADS(closed_skins_stay_closed)
 {
     for (lump = 0; lump < 20; lump++)
         check_skin();
@@ -283,7 +283,7 @@ static int steep_id(double x, double y, double z)
 
 /* Beyond the first and the last slice tissue goes on as between the slices, and not straight. Every
  * layer is right up to a pixel. */
-TEST(tissue_goes_on_beyond_the_last_slice)
+TEST_OF_THREADS(tissue_goes_on_beyond_the_last_slice)
 {
     enum { NX = 40, NY = 12, SLICES = 8, SPLIT = 5, LAYERS = SLICES * SPLIT };
     const sc_drawn_grid grid = {
@@ -399,7 +399,7 @@ static int oblique_id(double x, double y, double z)
     return hypot(x - 60, y - 63) < 1.2 ? 3 : 0;
 }
 
-TEST(oblique_and_round_tissue_keeps_its_volume)
+TEST_OF_THREADS(oblique_and_round_tissue_keeps_its_volume)
 {
     const int size[3] = {70, 70, 13};
     SC_OWN(sc_volume_clear)
@@ -570,7 +570,7 @@ TEST(growing_contours_are_not_moved)
         assert_int_equal(grid.moved[axis], 0);
 }
 
-TEST(slices_that_jump_are_moved_back)
+TEST_OF_THREADS(slices_that_jump_are_moved_back)
 {
     const int size[3] = {JUMPING, JUMPING, JUMPING};
     const double spacing[3] = {1, 1, 1};
@@ -675,7 +675,7 @@ static sc_volume scattered_volume(int label_count)
 }
 
 /* The work for scattered labels is limited, by copying those that are scattered the most. */
-TEST(scattered_labels_are_copied)
+TEST_OF_THREADS(scattered_labels_are_copied)
 {
     static const int label_counts[] = {40, 400};
     const sc_drawn_grid grid = {.copies = {1, 1, 1}, .drawn_mm = {0.2, 0.2, 1}, .split = {1, 1, 5}};
@@ -712,7 +712,7 @@ static int nearest_id(const sc_volume *old, sc_vec3 p_mm)
     return id_at(old, (int[3]){(int)lround(p.x), (int)lround(p.y), (int)lround(p.z)});
 }
 
-TEST(resizing_keeps_the_nearest_label_and_the_place)
+TEST_OF_THREADS(resizing_keeps_the_nearest_label_and_the_place)
 {
     static const int sizes[][3] = {{SIDE, SIDE, SIDE}, {7, 11, 100}, {1, 2, 1}, {50, 17, 24}};
     const double spacing[3] = {0.7, 1.1, 1.3};

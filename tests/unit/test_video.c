@@ -359,7 +359,7 @@ static char *equal_bytes(const kind *of, size_t *bytes)
     return a;
 }
 
-TEST(equal_frames_give_equal_bytes_and_the_index_comes_first)
+TEST_OF_THREADS(equal_frames_give_equal_bytes_and_the_index_comes_first)
 {
     for (size_t i = 0; i < SC_COUNT_OF(kinds); i++) {
         size_t bytes, moov = 0, mdat = 0;
@@ -523,7 +523,7 @@ static void *write_large(void *user)
     return NULL;
 }
 
-TEST(large_frames_are_encoded_on_any_thread)
+TEST_OF_THREADS(large_frames_are_encoded_on_any_thread)
 {
     pthread_t thread;
     sc_status written = SC_ERR_INTERNAL;

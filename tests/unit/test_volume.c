@@ -413,7 +413,7 @@ static void write_many(const char *encoding, size_t bad)
     free(data);
 }
 
-TEST(threads_do_not_change_what_is_read)
+TEST_OF_THREADS(threads_do_not_change_what_is_read)
 {
     for (int packed = 0; packed < 2; packed++) {
         SC_OWN(sc_volume_clear) sc_volume first = {0};
@@ -521,7 +521,7 @@ TEST(runs_of_every_type_are_found)
 }
 
 /* What is damaged behind the first batch is told by its own message, whichever thread reads it. */
-TEST(damage_that_is_read_ahead_is_told)
+TEST_OF_THREADS(damage_that_is_read_ahead_is_told)
 {
     FILE *file;
 
