@@ -100,6 +100,22 @@ static inline void write_text(const char *path, const char *text)
     write_bytes(path, text, "", 0);
 }
 
+/* Numbers in the byte order of this machine, at any place in a header. */
+static inline void put16(unsigned char *at, int value)
+{
+    memcpy(at, &(int16_t){(int16_t)value}, 2);
+}
+
+static inline void put32(unsigned char *at, int32_t value)
+{
+    memcpy(at, &value, 4);
+}
+
+static inline void put_real(unsigned char *at, float value)
+{
+    memcpy(at, &value, 4);
+}
+
 static inline int forget(void **state)
 {
     said = (heard){0};

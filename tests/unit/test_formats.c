@@ -119,23 +119,6 @@ typedef struct extension {
     const char *text;
 } extension;
 
-static void put16(unsigned char *at, int value)
-{
-    const int16_t v = (int16_t)value;
-
-    memcpy(at, &v, 2);
-}
-
-static void put32(unsigned char *at, int32_t value)
-{
-    memcpy(at, &value, 4);
-}
-
-static void put_real(unsigned char *at, float value)
-{
-    memcpy(at, &value, 4);
-}
-
 /* Write a volume of 3 x 1 x 1 voxels with the labels 0, 2 and 9, and extensions. */
 static void write_nifti(const char *path, const extension *extensions, size_t count)
 {

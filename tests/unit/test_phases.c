@@ -62,18 +62,6 @@ static void write_nrrd(const char *path, bool side_by_side, const char *encoding
     write_values(path, head, strlen(head), values, encoding);
 }
 
-static void put16(unsigned char *h, int at, int value)
-{
-    const int16_t v = (int16_t)value;
-
-    memcpy(h + at, &v, sizeof v);
-}
-
-static void put_real(unsigned char *h, int at, float value)
-{
-    memcpy(h + at, &value, sizeof value);
-}
-
 /* A NIfTI-1 file of all phases, 50 ms apart, the whole of it packed. */
 static void write_nifti(const char *path)
 {
@@ -85,13 +73,13 @@ static void write_nifti(const char *path)
 
     memcpy(whole, &size, 4);
     for (int i = 0; i < 8; i++)
-        put16(whole, 40 + 2 * i, dims[i]);
-    put16(whole, 70, 4); /* int16 */
-    put16(whole, 72, 16);
+        put16(whole + 40 + 2 * i, dims[i]);
+    put16(whole + 70, 4); /* int16 */
+    put16(whole + 72, 16);
     for (int i = 0; i < 4; i++)
-        put_real(whole, 76 + 4 * i, 1);
-    put_real(whole, 92, 50);
-    put_real(whole, 108, 352);
+        put_real(whole + 76 + 4 * i, 1);
+    put_real(whole + 92, 50);
+    put_real(whole + 108, 352);
     whole[123] = 2 + 16; /* mm, ms */
     memcpy(whole + 344, "n+1", 4);
     fill(values, false);

@@ -182,44 +182,32 @@ TEST(an_nrrd_with_a_file_of_its_own_is_read)
 }
 
 /* The bytes of a NIfTI-1 header, written field by field from the standard's offsets. */
-static void put16(unsigned char *h, size_t at, int value)
-{
-    const int16_t v = (int16_t)value;
-
-    memcpy(h + at, &v, 2);
-}
-
-static void put_real(unsigned char *h, size_t at, float value)
-{
-    memcpy(h + at, &value, 4);
-}
-
 static void nifti_header(unsigned char h[352], int datatype, int bits)
 {
     const int32_t size = 348;
 
     memset(h, 0, 352);
     memcpy(h, &size, 4);
-    put16(h, 40, 3);
-    put16(h, 42, NX);
-    put16(h, 44, NY);
-    put16(h, 46, NZ);
+    put16(h + 40, 3);
+    put16(h + 42, NX);
+    put16(h + 44, NY);
+    put16(h + 46, NZ);
     for (size_t i = 48; i < 56; i += 2)
-        put16(h, i, 1);
-    put16(h, 70, datatype);
-    put16(h, 72, bits);
+        put16(h + i, 1);
+    put16(h + 70, datatype);
+    put16(h + 72, bits);
     for (size_t i = 76; i < 92; i += 4)
-        put_real(h, i, 1);
-    put_real(h, 108, 352);
+        put_real(h + i, 1);
+    put_real(h + 108, 352);
     memcpy(h + 344, "n+1", 4);
     h[123] = 2; /* mm */
 }
 
 static void set_sform(unsigned char h[352], const float m[12])
 {
-    put16(h, 254, 1);
+    put16(h + 254, 1);
     for (size_t i = 0; i < 12; i++)
-        put_real(h, 280 + 4 * i, m[i]);
+        put_real(h + 280 + 4 * i, m[i]);
 }
 
 static void write_nifti(const char *path, const unsigned char h[352], const void *data,
@@ -246,9 +234,9 @@ TEST(nifti_geometry_comes_from_sform_then_qform_then_pixdim)
     expect_values(&v);
     assert_false(v.oriented);
     sc_volume_clear(&v);
-    put16(h, 252, 1); /* qform: a half turn about z */
-    put_real(h, 264, 1);
-    put_real(h, 268, 7);
+    put16(h + 252, 1); /* qform: a half turn about z */
+    put_real(h + 264, 1);
+    put_real(h + 268, 7);
     write_nifti("t.nii", h, data, bytes, false);
     assert_ok(sc_volume_read(&quiet, "t.nii", &v));
     assert_near(v.to_ras_mm.m[0][0], -1, 1e-6);
@@ -342,8 +330,8 @@ TEST(whole_labels_with_a_slope_are_rounded_and_probabilities_are_not)
         SC_OWN(sc_volume_clear) sc_volume v = {0};
 
         nifti_header(h, cases[c].datatype, cases[c].bits);
-        put_real(h, 112, (float)slope);
-        put_real(h, 116, (float)(-cases[c].lowest * slope));
+        put_real(h + 112, (float)slope);
+        put_real(h + 116, (float)(-cases[c].lowest * slope));
         for (size_t i = 0; i < VOXELS; i++) {
             const double label = i % 4 ? cases[c].labels[i % 4 - 1] : 0;
             const int stored = (int)lround(label / slope + cases[c].lowest);
@@ -351,7 +339,7 @@ TEST(whole_labels_with_a_slope_are_rounded_and_probabilities_are_not)
             if (cases[c].bits == 8)
                 data[i] = (unsigned char)stored;
             else
-                put16(data, 2 * i, stored);
+                put16(data + 2 * i, stored);
         }
         write_nifti("t.nii", h, data, VOXELS * (size_t)cases[c].bits / 8, false);
         if (cases[c].labels[0] < 1) {
@@ -1119,8 +1107,8 @@ TEST(what_is_refused_is_told_what_to_do)
     assert_true(strstr(said.text, "of the class (none is named), expected a segmentation") ||
                 strstr(said.text, "libdcmtk-dev"));
     nifti_header(h, 4, 16);
-    put16(h, 40, 4);
-    put16(h, 48, 2);
+    put16(h + 40, 4);
+    put16(h + 48, 2);
     write_nifti("t.nii", h, two, sizeof two, false);
     assert_int_equal(sc_volume_read(&listening, "t.nii", &v), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "phase: N}"));
