@@ -637,7 +637,7 @@ TEST(volumes_of_one_voxel_and_of_one_slice_are_prepared)
     }
 }
 
-enum { MOSAIC = 48 }; /* voxels along an edge of a volume of small cubes, each another tissue */
+enum { MOSAIC = 40 }; /* voxels along an edge of a volume of small cubes, each another tissue */
 
 static int id_of_cube(double x, double y, double z, int edge)
 {
