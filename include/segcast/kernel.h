@@ -34,7 +34,7 @@ static inline bool sc_skip_is_wide(sc_skip skip)
     return skip > SC_SKIP_INTERIOR;
 }
 
-/** @return whether a skip method needs sc_march.cell_distances. */
+/** @return whether a skip method needs sc_marked.cell_distances. */
 static inline bool sc_skip_has_cell_distances(sc_skip skip)
 {
     return skip == SC_SKIP_PROXIMITY || skip == SC_SKIP_CHESSBOARD;
@@ -158,24 +158,52 @@ typedef struct sc_backdrop_light {
  * by less than a quarter of a level of 8 bits, and is not blended. */
 #define SC_OPAQUE (1.0f / 1024)
 
+/** The voxels or cells in which something can be seen, the marked ones, and ways across all others,
+ *  which are empty. Borrowed; not read by SC_SKIP_NONE. */
+typedef struct sc_marked {
+    const uint64_t *masks; /**< of sc_visible_masks (voxel) or sc_visible_cells (smooth).
+                                SC_SKIP_OCTREE: followed by the upper levels of the pyramid, see
+                                sc_pyramid_build */
+    int row, layer;        /**< steps in the array of masks from a brick to the next along y, z */
+    const uint8_t *distances;      /**< sc_brick_distances of the masks; SC_SKIP_LEAP only */
+    const sc_pyramid *pyramid;     /**< of the masks; SC_SKIP_OCTREE only */
+    const uint8_t *cell_distances; /**< sc_cell_distances of the masks, by the method's metric;
+                                        SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD only */
+    const uint32_t *cell_start;    /**< sc_cells.start of the masks; smooth and wide kernels only */
+    const sc_packed_cell *cells;   /**< sc_cells.cells; smooth and wide kernels only */
+} sc_marked;
+
+/** The clip planes of a frame. */
+typedef struct sc_march_planes {
+    bool cut_away; /**< true: only what every plane removes is cut away; false: what any removes */
+    int count;
+    float normals[SC_PLANES_MAX][3];   /**< RAS, towards what is kept */
+    float equations[SC_PLANES_MAX][4]; /**< {a, b, c, d}: the point (x, y, z) in grid coordinates
+                                            lies a x + b y + c z + d mm on the kept side */
+} sc_march_planes;
+
+/** How cut faces are drawn. */
+typedef struct sc_march_cut_faces {
+    bool are_drawn; /**< in the colour of their tissue: cap_alpha */
+    bool only;      /**< nothing else is drawn: a slice */
+    const sc_march_grey
+        *grey;        /**< what they show beside their tissue's colour; NULL: nothing; borrowed */
+    float grey_share; /**< 0 to 1: of it in their colour */
+    float outline;    /**< half the width of the lines between tissues, in voxels; 0: no lines;
+                           smooth only */
+    float rim_mm, rim_per_mm; /**< how wide the picture asks their dark rims to be: so much, and so
+                                   much for each mm from the eye; both 0: as the blur of the
+                                   occlusion gives them; smooth only */
+} sc_march_cut_faces;
+
 /** What all rays of a frame share. The caller fills it in and owns what the pointers point to;
  *  kernels only read it. */
 typedef struct sc_march {
     const sc_prepared *volume;
-    const uint64_t *visible; /**< of sc_visible_masks (voxel) or sc_visible_cells (smooth); not
-                                  read by SC_SKIP_NONE. SC_SKIP_OCTREE: followed by the upper
-                                  levels of the pyramid, see sc_pyramid_build */
-    int visible_row, visible_layer; /**< steps in the array of masks from a brick to the next
-                                         along y and z */
-    const uint8_t *distances;       /**< sc_brick_distances of the masks; SC_SKIP_LEAP only */
-    const sc_pyramid *pyramid;      /**< of the masks; SC_SKIP_OCTREE only */
-    const uint8_t *cell_distances;  /**< sc_cell_distances of the masks, by the method's metric;
-                                         SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD only */
-    const uint32_t *cell_start;    /**< sc_cells.start of the masks; smooth and wide kernels only */
-    const sc_packed_cell *cells;   /**< sc_cells.cells; smooth and wide kernels only */
-    float box_low[3], box_high[3]; /**< in grid coordinates: rays are marched only within this box,
-                                        which holds all that can be seen and reaches at most 3
-                                        vertices beyond those of the volume */
+    sc_marked marked;
+    float box_low[3], box_high[3];  /**< in grid coordinates: rays are marched only within this box,
+                                         which holds all that can be seen and reaches at most 3
+                                         vertices beyond those of the volume */
     const sc_march_tissue *tissues; /**< [label_count of the volume], by dense id */
     float step_mm;                  /**< distance between samples; voxel only */
     sc_march_light light;
@@ -189,23 +217,9 @@ typedef struct sc_march {
     float opaque_below; /**< a ray ends when its transmittance is below this: SC_OPAQUE (early ray
                              termination, Levoy 1990); 0: it goes on to its end, which takes longer
                              and gives the same bits */
-    bool caps;          /**< cut faces are drawn, in the colour of their tissue: cap_alpha */
-    bool only_caps;     /**< nothing but cut faces is drawn: a slice */
-    const sc_march_grey
-        *grey;         /**< what cut faces show beside their tissue's colour; NULL: nothing */
-    float grey_share;  /**< 0 to 1: of it in their colour */
-    float cap_outline; /**< half the width of the lines between tissues on cut faces,
-                            in voxels; 0: no lines; smooth only */
-    float rim_mm, rim_per_mm; /**< how wide the picture asks the dark rims of cut faces to be: so
-                                   much, and so much for each mm from the eye; both 0: as the
-                                   blur of the occlusion gives them; smooth only */
-    float voxel_mm;           /**< mean length of the edges of a voxel */
-    bool cut_away;            /**< true: only what every plane removes is cut away; false: what any
-                                   plane removes */
-    int plane_count;
-    float plane_normals[SC_PLANES_MAX][3];   /**< RAS, towards what is kept */
-    float plane_equations[SC_PLANES_MAX][4]; /**< {a, b, c, d}: the point (x, y, z) in grid
-                                        coordinates lies a x + b y + c z + d mm on the kept side */
+    sc_march_cut_faces cut_faces;
+    float voxel_mm; /**< mean length of the edges of a voxel */
+    sc_march_planes planes;
 } sc_march;
 
 /** A part of a ray that the clip planes of one clip set leave. For the voxel surface the samples k

@@ -6,7 +6,7 @@ bool sc_kernel_grey(const sc_march *march, const float point[3], float depth_mm,
 {
     float rgb[3], here;
 
-    if (!sc_grey_tone(march->grey, point, &here))
+    if (!sc_grey_tone(march->cut_faces.grey, point, &here))
         return false;
     for (int i = 0; i < 3; i++)
         rgb[i] = here * here;

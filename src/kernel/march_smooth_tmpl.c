@@ -104,7 +104,9 @@ static inline uint64_t brick_mask(const cursor *c)
 {
     const int *q = c->cell.q;
 
-    return c->m->visible[sc_framed_index(c->m->visible_row, c->m->visible_layer, sc_brick_of(q[0]),
+    const sc_marked *marked = &c->m->marked;
+
+    return marked->masks[sc_framed_index(marked->row, marked->layer, sc_brick_of(q[0]),
                                          sc_brick_of(q[1]), sc_brick_of(q[2]))];
 }
 
@@ -219,9 +221,9 @@ static void march_ray(cursor *c)
 
         if (c->way)
             c->way->from_mm = from;
-        if (c->m->caps && !goes_on && !pass_caps(c, begin))
+        if (c->m->cut_faces.are_drawn && !goes_on && !pass_caps(c, begin))
             return;
-        if (!c->m->only_caps &&
+        if (!c->m->cut_faces.only &&
             !walk(c, begin > near ? begin : near, end < far ? end : far, active))
             return;
         from = end;

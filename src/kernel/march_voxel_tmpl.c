@@ -62,9 +62,9 @@ static inline bool is_marked(const cursor *c, int k)
     const int y = (int)(c->ray->origin[1] + c->ray->direction[1] * t) + SC_BRICK;
     const int z = (int)(c->ray->origin[2] + c->ray->direction[2] * t) + SC_BRICK;
     const int brick =
-        sc_brick_of(z) * m->visible_layer + sc_brick_of(y) * m->visible_row + sc_brick_of(x);
+        sc_brick_of(z) * m->marked.layer + sc_brick_of(y) * m->marked.row + sc_brick_of(x);
 
-    return m->visible[brick] >> sc_brick_bit(x, y, z) & 1;
+    return m->marked.masks[brick] >> sc_brick_bit(x, y, z) & 1;
 }
 #endif
 
@@ -177,7 +177,7 @@ static void march_ray(cursor *c, bool caps)
         last = next_event(c->ray, k, last);
         end = last < farthest ? last : farthest;
         from = last;
-        if (c->m->only_caps)
+        if (c->m->cut_faces.only)
             continue;
         while (!is_over(c) && (at = find_sample(c, at, end)) < end) {
             if (!add_sample(c, at)) {
@@ -203,7 +203,7 @@ void MARCH_NAME(const sc_march *march, const sc_ray *rays, sc_way *ways, size_t 
             c.way->next_mm = HUGE_VALF;
             c.way->passed = false;
         }
-        march_ray(&c, march->caps);
+        march_ray(&c, march->cut_faces.are_drawn);
         out[i] = c.light;
         counters->cell_visits += c.cell_visits;
         counters->contributions += c.contributions;

@@ -20,7 +20,7 @@
  * the width of that. */
 static inline float sc_fine_rim_share(const sc_march *m, float depth_mm, float *width_mm)
 {
-    const float asked_mm = m->rim_mm + m->rim_per_mm * depth_mm;
+    const float asked_mm = m->cut_faces.rim_mm + m->cut_faces.rim_per_mm * depth_mm;
     const float most_mm = SC_FINE_RIM_VOXELS * m->voxel_mm;
 
     *width_mm = asked_mm < most_mm ? asked_mm : most_mm;

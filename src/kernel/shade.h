@@ -207,15 +207,15 @@ static inline float sc_share_kept(const sc_march *m, const float point[3], float
 {
     float kept = 1, removed = 1;
 
-    for (int i = 0; i < m->plane_count; i++) {
-        const float *p = m->plane_equations[i];
+    for (int i = 0; i < m->planes.count; i++) {
+        const float *p = m->planes.equations[i];
         const float mm = p[0] * point[0] + p[1] * point[1] + p[2] * point[2] + p[3];
         const float share = sc_clamp01(0.5f + 0.5f * mm / width_mm);
 
         kept *= share;
         removed *= 1 - share;
     }
-    return m->cut_away && m->plane_count ? 1 - removed : kept;
+    return m->planes.cut_away && m->planes.count ? 1 - removed : kept;
 }
 
 /* How much of the surroundings of a point (in grid coordinates) is filled with tissue, 0 to 1,
@@ -536,15 +536,16 @@ static inline bool sc_grey_tissue(const sc_march *m, const sc_march_tissue *tiss
 {
     float tone;
 
-    if (!sc_grey_tone(m->grey, point, &tone))
+    if (!sc_grey_tone(m->cut_faces.grey, point, &tone))
         return false;
     *own = *tissue;
     for (int i = 0; i < 3; i++) {
-        const float mixed = (1 - m->grey_share) * sqrtf(tissue->rgb[i]) + m->grey_share * tone;
+        const float mixed =
+            (1 - m->cut_faces.grey_share) * sqrtf(tissue->rgb[i]) + m->cut_faces.grey_share * tone;
 
         own->rgb[i] = mixed * mixed;
     }
-    own->specular = (1 - m->grey_share) * tissue->specular;
+    own->specular = (1 - m->cut_faces.grey_share) * tissue->specular;
     return true;
 }
 
@@ -556,11 +557,11 @@ static inline bool sc_light_cut(const sc_march *m, const sc_march_tissue *tissue
                                 const sc_spot *spot, float out[3])
 {
     sc_march_tissue own;
-    const bool shows_grey = m->grey && sc_grey_tissue(m, tissue, spot->point, &own);
+    const bool shows_grey = m->cut_faces.grey && sc_grey_tissue(m, tissue, spot->point, &own);
 
     if (shows_grey)
         tissue = &own;
-    if (m->only_caps || m->light.flat) {
+    if (m->cut_faces.only || m->light.flat) {
         for (int i = 0; i < 3; i++)
             out[i] = tissue->rgb[i];
         if (m->light.cue > 0)

@@ -107,7 +107,7 @@ static inline float outline_at(const cursor *c, uint32_t owner, const float a[3]
         distance = sc_trilinear(lead, a) / (sqrtf(square) + 1e-6f);
         nearest = distance < nearest ? distance : nearest;
     }
-    return sc_clamp01(1.5f - nearest / c->m->cap_outline);
+    return sc_clamp01(1.5f - nearest / c->m->cut_faces.outline);
 }
 
 /* Draw the line between tissues, whose strength is @p line, on a cut face of the linear colour @p
@@ -116,7 +116,7 @@ static inline float outline_at(const cursor *c, uint32_t owner, const float a[3]
 static inline void draw_outline(const sc_march *m, const sc_march_tissue *tissue, bool shows_grey,
                                 float line, float rgb[3])
 {
-    const float own = shows_grey ? m->grey_share * line : 0;
+    const float own = shows_grey ? m->cut_faces.grey_share * line : 0;
 
     for (int i = 0; i < 3; i++) {
         rgb[i] *= 1 - OUTLINE_DARK * line;
@@ -128,7 +128,7 @@ static inline void draw_outline(const sc_march *m, const sc_march_tissue *tissue
 /* Unit normal of clip plane number @p plane in grid coordinates, to @p out. */
 static inline void plane_in_grid(const sc_march *m, int plane, float out[3])
 {
-    const float *p = m->plane_equations[plane];
+    const float *p = m->planes.equations[plane];
     const float length = sqrtf(sc_dot3(p, p));
 
     for (int i = 0; i < 3; i++)
@@ -152,14 +152,14 @@ static inline void add_cap(cursor *c, int clip_set, int plane, float t)
     owner = sc_cell_owner_at(&c->cell, a);
     if (!m->tissues[owner].show || m->tissues[owner].clip_set != clip_set)
         return;
-    if (mixed && m->cap_outline > 0) {
+    if (mixed && m->cut_faces.outline > 0) {
         plane_in_grid(m, plane, in_grid);
         line = outline_at(c, owner, a, in_grid);
     }
     for (int i = 0; i < 3; i++)
-        spot.normal[i] = -m->plane_normals[plane][i];
+        spot.normal[i] = -m->planes.normals[plane][i];
     point_at(c, t, spot.point);
-    if (sc_has_rims(m) && !m->only_caps)
+    if (sc_has_rims(m) && !m->cut_faces.only)
         sc_set_cut_rim(m, &c->cell, mixed, owner, a, &spot);
     shows_grey = sc_light_cut(m, &m->tissues[owner], &spot, rgb);
     draw_outline(m, &m->tissues[owner], shows_grey, line, rgb);

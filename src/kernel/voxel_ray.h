@@ -74,10 +74,10 @@ static inline void add_cap(cursor *c, int clip_set, int part)
     if (!m->tissues[label].show || m->tissues[label].clip_set != clip_set)
         return;
     for (int i = 0; i < 3; i++) {
-        spot.normal[i] = -m->plane_normals[plane][i];
+        spot.normal[i] = -m->planes.normals[plane][i];
         spot.point[i] = p[i] - 0.5f;
     }
-    if (sc_has_rims(m) && !m->only_caps)
+    if (sc_has_rims(m) && !m->cut_faces.only)
         spot.rim = sc_rim(m, &m->tissues[label], &spot);
     (void)sc_light_cut(m, &m->tissues[label], &spot, rgb);
     c->contributions++;

@@ -48,10 +48,10 @@ static inline void read_packed(const packet *p, vm on, vi values[2], vi *labels)
     values[0] = values[1] = *labels = i_set(0);
     for (uint32_t left = m_bits(on); left; left &= left - 1) {
         const int lane = __builtin_ctz(left);
-        const uint64_t mask = p->m->visible[brick[lane]];
+        const uint64_t mask = p->m->marked.masks[brick[lane]];
         const int bit = sc_brick_bit(p->q[0][lane], p->q[1][lane], p->q[2][lane]);
         const sc_packed_cell *cell =
-            &p->m->cells[p->m->cell_start[brick[lane]] + sc_brick_rank(mask, bit)];
+            &p->m->marked.cells[p->m->marked.cell_start[brick[lane]] + sc_brick_rank(mask, bit)];
 
         values[0][lane] = (int32_t)cell->values[0];
         values[1][lane] = (int32_t)cell->values[1];
@@ -345,14 +345,15 @@ static void begin_stretches(packet *p, vm on)
             continue;
         if (p->ways)
             p->ways[lane].from_mm = p->last_end[lane];
-        if (p->m->caps && p->m->plane_count && !(p->ways && p->ways[lane].walks) &&
+        if (p->m->cut_faces.are_drawn && p->m->planes.count && !(p->ways && p->ways[lane].walks) &&
             !pass_lane_caps(p, lane, begin))
             continue;
         begun |= 1u << lane;
         p->last_end[lane] = end;
         begin = begin > p->near[lane] ? begin : p->near[lane];
         end = end < p->far[lane] ? end : p->far[lane];
-        if (!(begin < end) || p->m->only_caps || p->light.transmittance[lane] < p->ends_below[lane])
+        if (!(begin < end) || p->m->cut_faces.only ||
+            p->light.transmittance[lane] < p->ends_below[lane])
             begin = end = 0; /* there is nothing to walk through */
         p->t[lane] = begin;
         p->end[lane] = end;
@@ -397,9 +398,9 @@ static bool begin_at_once(packet *p, int count, vm all)
     p->active = i_set(1);
     p->alive = m_and(all, f_below(p->t, p->end));
     find_first_cells(p, p->alive);
-    if (!p->m->plane_count)
+    if (!p->m->planes.count)
         go_on(p, m_bits(p->alive));
-    return !p->m->plane_count;
+    return !p->m->planes.count;
 }
 
 /* Load the rays [0, @p count) into the packet, at most LANES, and begin their first stretches;

@@ -138,7 +138,7 @@ static inline void v_locate_cells(packet *p, vm on)
 /* Index of the present cell's brick in the arrays with a frame. */
 static inline vi v_brick(const packet *p)
 {
-    return v_framed_index(p->m->visible_row, p->m->visible_layer, p->q[0], p->q[1], p->q[2]);
+    return v_framed_index(p->m->marked.row, p->m->marked.layer, p->q[0], p->q[1], p->q[2]);
 }
 
 /* Step out of a box of cells around the present ones of the lanes of @p on: see v_empty for its

@@ -397,13 +397,14 @@ static void begin_parts(packet *p, vm on)
             way->at[1] = p->last_end[lane];
             way->walks = false;
         }
-        if (p->m->caps && p->m->plane_count && !goes_on && !pass_lane_caps(p, lane, k))
+        if (p->m->cut_faces.are_drawn && p->m->planes.count && !goes_on &&
+            !pass_lane_caps(p, lane, k))
             continue;
         begun |= 1u << lane;
         last = next_event(ray, k, last);
         p->last_end[lane] = last;
         p->k[lane] = goes_on ? way->at[0] : k > p->nearest[lane] ? k : p->nearest[lane];
-        p->last[lane] = p->m->only_caps            ? p->k[lane]
+        p->last[lane] = p->m->cut_faces.only       ? p->k[lane]
                         : last < p->farthest[lane] ? last
                                                    : p->farthest[lane];
         p->kept[lane] = clip_sets_kept(ray, k);

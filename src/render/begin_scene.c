@@ -128,8 +128,8 @@ static void set_rims(sc_renderer *r, const sc_camera *c, int height_px)
     for (int i = 0; i < 3; i++)
         sum_mm += sc_vec3_length(sc_affine_column(&r->volume->to_ras_mm, i));
     r->march.voxel_mm = (float)(sum_mm / 3);
-    r->march.rim_mm = even ? width : 0;
-    r->march.rim_per_mm = even ? 0 : width;
+    r->march.cut_faces.rim_mm = even ? width : 0;
+    r->march.cut_faces.rim_per_mm = even ? 0 : width;
 }
 
 /* Set the clip planes and how cut faces are drawn in r->march, from the scene. */
@@ -138,18 +138,18 @@ static void set_planes(sc_renderer *r, const sc_scene *scene)
     const sc_affine *to_mm = &r->volume->to_ras_mm;
     const sc_vec3 first = sc_affine_point(to_mm, (sc_vec3){-1, -1, -1}); /* grid vertex 0 */
 
-    r->march.plane_count = scene->plane_count;
-    r->march.cut_away = scene->clip_mode == SC_CLIP_CUT;
-    r->march.only_caps = scene->slice;
-    r->march.caps = scene->slice || r->settings.caps;
+    r->march.planes.count = scene->plane_count;
+    r->march.planes.cut_away = scene->clip_mode == SC_CLIP_CUT;
+    r->march.cut_faces.only = scene->slice;
+    r->march.cut_faces.are_drawn = scene->slice || r->settings.caps;
     for (int i = 0; i < scene->plane_count; i++) {
         const sc_plane *plane = &scene->planes[i];
 
-        to_floats(plane->normal, r->march.plane_normals[i]);
+        to_floats(plane->normal, r->march.planes.normals[i]);
         for (int axis = 0; axis < 3; axis++)
-            r->march.plane_equations[i][axis] =
+            r->march.planes.equations[i][axis] =
                 (float)sc_vec3_dot(plane->normal, sc_affine_column(to_mm, axis));
-        r->march.plane_equations[i][3] =
+        r->march.planes.equations[i][3] =
             (float)(sc_vec3_dot(plane->normal, first) + plane->offset_mm);
     }
 }

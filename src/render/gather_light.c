@@ -132,8 +132,8 @@ static void cut(void *user, size_t begin, size_t end, int thread)
         const float *p = g->places[at].at;
 
         g->light.gone[at] = false;
-        for (int i = 0; i < m->plane_count && g->known.is_convex; i++) {
-            const float *e = m->plane_equations[i];
+        for (int i = 0; i < m->planes.count && g->known.is_convex; i++) {
+            const float *e = m->planes.equations[i];
 
             g->light.gone[at] =
                 g->light.gone[at] || e[0] * p[0] + e[1] * p[1] + e[2] * p[2] + e[3] < 0;

@@ -106,12 +106,12 @@ static uint64_t kept_by(const float e[4], const int low[3])
 static uint64_t left_of(const sc_gather *g, uint16_t label, const uint64_t *keeps)
 {
     const sc_march *m = &g->renderer->march;
-    uint64_t left = m->cut_away ? 0 : ~0ull;
+    uint64_t left = m->planes.cut_away ? 0 : ~0ull;
 
-    for (int i = 0; i < m->plane_count; i++) {
+    for (int i = 0; i < m->planes.count; i++) {
         const uint64_t kept = g->targets.cuts[label] >> i & 1 ? keeps[i] : ~0ull;
 
-        left = m->cut_away ? left | kept : left & kept;
+        left = m->planes.cut_away ? left | kept : left & kept;
     }
     return left;
 }
@@ -122,7 +122,7 @@ static void mark_occupied(void *user, size_t begin, size_t end, int thread)
 {
     const sc_gather *g = user;
     const int *bricks = g->renderer->volume->bricks;
-    const int planes = g->known.is_convex ? 0 : g->renderer->march.plane_count;
+    const int planes = g->known.is_convex ? 0 : g->renderer->march.planes.count;
 
     for (size_t brick = begin; brick < end; brick++) {
         const uint32_t first = g->targets.first_part[brick],
@@ -135,7 +135,7 @@ static void mark_occupied(void *user, size_t begin, size_t end, int thread)
             continue; /* it stays empty */
         sc_brick_low(bricks, brick, low);
         for (int i = 0; i < planes; i++)
-            keeps[i] = kept_by(g->renderer->march.plane_equations[i], low);
+            keeps[i] = kept_by(g->renderer->march.planes.equations[i], low);
         for (uint32_t i = first; i < last; i++) {
             const uint16_t label = g->targets.parts[i].label;
 
@@ -191,8 +191,8 @@ static void enter(const sc_gather *g, sc_gather_ray *ray)
         near = fmaxf(near, fminf(low, high));
         far = fminf(far, fmaxf(low, high));
     }
-    for (int i = 0; i < cut->plane_count && g->known.is_convex; i++) {
-        const float *e = cut->plane_equations[i];
+    for (int i = 0; i < cut->planes.count && g->known.is_convex; i++) {
+        const float *e = cut->planes.equations[i];
         const float speed = sc_dot(e, ray->direction), above = sc_dot(e, ray->origin) + e[3];
 
         if (above < 0)

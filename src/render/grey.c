@@ -176,10 +176,10 @@ void sc_set_grey(sc_renderer *r, const sc_scene *scene)
     if (!r->settings.grey)
         return;
     set_window(r, scene->has_look ? &scene->look.grey_window : &all->window);
-    r->march.grey_share = (float)(scene->slice ? slices : caps);
-    r->march.grey = r->march.grey_share > 0 ? &r->grey.march : NULL;
+    r->march.cut_faces.grey_share = (float)(scene->slice ? slices : caps);
+    r->march.cut_faces.grey = r->march.cut_faces.grey_share > 0 ? &r->grey.march : NULL;
     r->grey.is_behind =
-        scene->slice ? r->march.grey != NULL : r->grey.follow_backdrop && backdrop > 0;
+        scene->slice ? r->march.cut_faces.grey != NULL : r->grey.follow_backdrop && backdrop > 0;
     if (r->grey.is_behind && !scene->slice)
         set_backdrop(r, fmin(backdrop, 1));
 }

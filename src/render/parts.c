@@ -277,12 +277,12 @@ static void set_march(const sc_renderer *r, sc_renderer *own)
     const sc_box3 *box = &own->space.box;
 
     own->march = r->march;
-    own->march.visible = own->derived.visible;
-    own->march.distances = own->derived.distances;
-    own->march.pyramid = &own->derived.pyramid;
-    own->march.cell_distances = own->derived.cell_distances;
-    own->march.cell_start = own->derived.cell_start;
-    own->march.cells = own->derived.cells;
+    own->march.marked.masks = own->derived.visible;
+    own->march.marked.distances = own->derived.distances;
+    own->march.marked.pyramid = &own->derived.pyramid;
+    own->march.marked.cell_distances = own->derived.cell_distances;
+    own->march.marked.cell_start = own->derived.cell_start;
+    own->march.marked.cells = own->derived.cells;
     own->march.tissues = own->tissues;
     own->march.occlusion = r->march.occlusion ? &own->derived.occlusion : NULL;
     for (int i = 0; i < 3; i++) { /* grid coordinates are those of voxels plus one */

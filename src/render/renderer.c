@@ -36,27 +36,27 @@ static void fill_march(sc_renderer *r)
 
     r->march = (sc_march){
         .volume = v,
-        .visible = r->derived.visible,
-        .distances = r->derived.distances,
-        .pyramid = &r->derived.pyramid,
-        .cell_distances = r->derived.cell_distances,
+        .marked.masks = r->derived.visible,
+        .marked.distances = r->derived.distances,
+        .marked.pyramid = &r->derived.pyramid,
+        .marked.cell_distances = r->derived.cell_distances,
         /* grid coordinates are those of voxels plus one */
         .box_low = {(float)r->space.box.low.x + 1, (float)r->space.box.low.y + 1,
                     (float)r->space.box.low.z + 1},
         .box_high = {(float)r->space.box.high.x + 1, (float)r->space.box.high.y + 1,
                      (float)r->space.box.high.z + 1},
-        .cell_start = r->derived.cell_start,
-        .cells = r->derived.cells,
-        .visible_row = sc_framed_row(v->bricks),
-        .visible_layer = sc_framed_layer(v->bricks),
+        .marked.cell_start = r->derived.cell_start,
+        .marked.cells = r->derived.cells,
+        .marked.row = sc_framed_row(v->bricks),
+        .marked.layer = sc_framed_layer(v->bricks),
         .tissues = r->tissues,
         .step_mm = (float)(s->step_voxels * voxel_length_mm(v)),
         .light = {.flat = l->method == SC_LIGHT_FLAT},
         .occlusion = r->derived.occlusion.filled ? &r->derived.occlusion : NULL,
         .around_share = 1,
         .opaque_below = s->to_the_end ? 0 : SC_OPAQUE,
-        .caps = s->caps,
-        .cap_outline = (float)(s->cap_outline / 2),
+        .cut_faces.are_drawn = s->caps,
+        .cut_faces.outline = (float)(s->cap_outline / 2),
     };
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++)

@@ -104,15 +104,15 @@ static void set_march(stage *s)
 
     s->march = (sc_march){
         .volume = v,
-        .visible = s->masks,
-        .visible_row = sc_framed_row(v->bricks),
-        .visible_layer = sc_framed_layer(v->bricks),
+        .marked.masks = s->masks,
+        .marked.row = sc_framed_row(v->bricks),
+        .marked.layer = sc_framed_layer(v->bricks),
         .box_low = {-1.5f, -1.5f, -1.5f},
         .box_high = {(float)v->size[0] + 2.5f, (float)v->size[1] + 2.5f, (float)v->size[2] + 2.5f},
-        .distances = s->distances,
-        .pyramid = &s->pyramid,
-        .cell_start = s->cells.start,
-        .cells = s->cells.cells,
+        .marked.distances = s->distances,
+        .marked.pyramid = &s->pyramid,
+        .marked.cell_start = s->cells.start,
+        .marked.cells = s->cells.cells,
         .tissues = s->tissues,
         .step_mm = 0.45f,
         .opaque_below = SC_OPAQUE,
@@ -352,7 +352,7 @@ static void compare_pieces(const sc_kernel *const *kernels, int count, stage *s,
         sc_march_counters *here = &counters[k > 0];
 
         *here = (sc_march_counters){0};
-        s->march.cell_distances = s->cell_distances[kernels[k]->skip == SC_SKIP_CHESSBOARD];
+        s->march.marked.cell_distances = s->cell_distances[kernels[k]->skip == SC_SKIP_CHESSBOARD];
         march_in_pieces(kernels[k], &s->march, batch, found, stops[k > 0], here);
         for (int i = 0; i < BATCH; i++) {
             expect_equal(kernels[k], &batch[i], &expected[i], &found[i]);
@@ -387,7 +387,8 @@ static void compare(sc_surface surface, int label_bytes, long rays)
         for (int k = 0; k < count; k++) {
             const double begin_s = sc_thread_cpu_s();
 
-            s.march.cell_distances = s.cell_distances[kernels[k]->skip == SC_SKIP_CHESSBOARD];
+            s.march.marked.cell_distances =
+                s.cell_distances[kernels[k]->skip == SC_SKIP_CHESSBOARD];
             kernels[k]->march(&s.march, batch, NULL, BATCH, k ? found : expected, &counters[k]);
             cpu_s[k] += sc_thread_cpu_s() - begin_s;
             for (int i = 0; k && i < BATCH; i++)

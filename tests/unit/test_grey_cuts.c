@@ -42,7 +42,7 @@ static sc_grey ramp_grey(const sc_affine *to_ras_mm, uint16_t *codes)
 static sc_march march_of(const sc_grey *grey, const sc_affine *from_grid, double black,
                          double white, sc_march_grey *g)
 {
-    const sc_march march = {.grey = g};
+    const sc_march march = {.cut_faces.grey = g};
     sc_affine to_grey, map;
 
     assert_true(sc_affine_invert(&grey->to_ras_mm, &to_grey));
@@ -102,7 +102,7 @@ TEST(a_grey_volume_may_be_one_voxel_thick)
     uint16_t codes[3] = {0, 100, 200};
     const float points[2][3] = {{0, 1.5f, 0}, {0.4f, 2.4f, -0.4f}}, beyond[3] = {0.6f, 1, 0};
     sc_march_grey g = {.codes = codes, .size = {1, 3, 1}, .white_less = 1 / 200.0f};
-    const sc_march march = {.grey = &g};
+    const sc_march march = {.cut_faces.grey = &g};
     float tone[3];
 
     for (int i = 0; i <= SC_GREY_STEPS; i++)

@@ -19,11 +19,11 @@ static inline v_place v_first_place(void)
  * side, so that a ray finds several in one line of the cache. */
 static inline vi v_cell_distance(const sc_march *m, const vi at[3], vm on)
 {
-    const vi brick = v_framed_index(m->visible_row, m->visible_layer, at[0], at[1], at[2]);
+    const vi brick = v_framed_index(m->marked.row, m->marked.layer, at[0], at[1], at[2]);
     const vi cell = (at[0] & SC_BRICK_MASK) | (at[1] & SC_BRICK_MASK) << SC_BRICK_Y_SHIFT |
                     (at[2] & SC_BRICK_MASK) << SC_BRICK_Z_SHIFT;
 
-    return i_gather(m->cell_distances, brick * SC_BRICK_VERTICES + cell, on) & 255;
+    return i_gather(m->marked.cell_distances, brick * SC_BRICK_VERTICES + cell, on) & 255;
 }
 
 #endif

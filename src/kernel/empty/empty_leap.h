@@ -21,9 +21,9 @@ static inline v_place v_first_place(void)
 
 static inline v_empty v_look(const sc_march *m, const vi at[3], v_place *place, vm on)
 {
-    const vi brick = v_framed_index(m->visible_row, m->visible_layer, at[0], at[1], at[2]);
-    const vi far = i_gather(m->distances, brick, on) & 255;
-    const vi half = v_half_mask(m->visible, brick, at[2], on);
+    const vi brick = v_framed_index(m->marked.row, m->marked.layer, at[0], at[1], at[2]);
+    const vi far = i_gather(m->marked.distances, brick, on) & 255;
+    const vi half = v_half_mask(m->marked.masks, brick, at[2], on);
     const vm leaps = m_and(on, i_below(i_set(0), far));
 
     return (v_empty){.marked = v_bit_set(half, v_half_bit(at[0], at[1], at[2]), on),

@@ -33,7 +33,7 @@ static inline v_place v_first_place(void)
  * in lanes outside of @p on. @param in_level the cells in units of the level. */
 static inline vi v_pyramid_half(const sc_march *m, vi level, const vi at[3], vm on, vi in_level[3])
 {
-    const sc_pyramid *y = m->pyramid;
+    const sc_pyramid *y = m->marked.pyramid;
     vi node;
 
     for (int i = 0; i < 3; i++)
@@ -41,7 +41,7 @@ static inline vi v_pyramid_half(const sc_march *m, vi level, const vi at[3], vm 
     node = (in_level[2] >> SC_BRICK_SHIFT) * i_of_four(y->layer, level) +
            (in_level[1] >> SC_BRICK_SHIFT) * i_of_four(y->row, level) +
            (in_level[0] >> SC_BRICK_SHIFT) + i_of_four(y->origin, level);
-    return v_half_mask(m->visible, node, in_level[2], on);
+    return v_half_mask(m->marked.masks, node, in_level[2], on);
 }
 
 static inline v_empty v_look(const sc_march *m, const vi at[3], v_place *place, vm on)

@@ -220,15 +220,15 @@ static inline vf v_share_kept(const sc_march *m, const vf point[3], float width_
 {
     vf kept = f_set(1), removed = f_set(1);
 
-    for (int i = 0; i < m->plane_count; i++) {
-        const float *p = m->plane_equations[i];
+    for (int i = 0; i < m->planes.count; i++) {
+        const float *p = m->planes.equations[i];
         const vf mm = p[0] * point[0] + p[1] * point[1] + p[2] * point[2] + p[3];
         const vf share = f_clamp01(0.5f + 0.5f * mm / width_mm);
 
         kept *= share;
         removed *= 1 - share;
     }
-    return m->cut_away && m->plane_count ? 1 - removed : kept;
+    return m->planes.cut_away && m->planes.count ? 1 - removed : kept;
 }
 
 _Static_assert(sizeof(((sc_occlusion *)0)->filled[0]) == 2,
@@ -286,7 +286,7 @@ static inline vf v_openness(const sc_march *m, const v_spot *spot, vm on)
 
         v_move(m, spot->point, spot->normal, f_set(width_mm), above);
         filled = v_filled(m, above, which, on);
-        if (m->plane_count)
+        if (m->planes.count)
             filled *= v_share_kept(m, above, SC_OCCLUSION_CLIP_WIDTHS * width_mm);
         open *= 1 - f_clamp01((filled - SC_FLAT_FILLED) * (1 / (1 - SC_FLAT_FILLED)));
     }
