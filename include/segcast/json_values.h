@@ -38,10 +38,11 @@ typedef struct sc_json_row {
     sc_json_kind kind;
     size_t offset, bytes;
 } sc_json_row;
-#define SC_JSON_ROW(kind, type, member)                                                            \
+#define SC_JSON_ROW_AS(kind, key, type, member)                                                    \
     {                                                                                              \
-#member, SC_JSON_##kind, offsetof(type, member), sizeof(((type *)NULL)->member)            \
+        key, SC_JSON_##kind, offsetof(type, member), sizeof(((type *)NULL)->member)                \
     }
+#define SC_JSON_ROW(kind, type, member) SC_JSON_ROW_AS(kind, #member, type, member)
 /** @return the member of the struct at @p from, or an object of all rows; NULL: no memory. */
 json_t *sc_json_of_row(const sc_json_row *row, const void *from);
 json_t *sc_json_of_rows(const sc_json_row *rows, const void *from);

@@ -35,27 +35,47 @@ int sc_design_index(const sc_design *design, int cell, int axis);
 /** @return whether two cells differ at most in the axes ranks, threads and placement. */
 bool sc_design_is_scaling(const sc_design *design, int cell_a, int cell_b);
 
-/** One measurement of a cell: a number of passes over its frames. Times and numbers are of one
- *  pass, the mean of all. A plain value. */
-typedef struct sc_measurement {
-    int32_t cell, round;             /**< round: how many of all cells came before, from 0 */
-    int32_t passes, frames;          /**< frames: of a pass */
-    int32_t ranks, nodes, threads;   /**< threads: of each rank */
-    int64_t begin_unix_s;            /**< seconds since 1970 (UTC) */
-    double wall_s, cpu_s;            /**< cpu_s: of all ranks, waiting included */
-    double draw_cpu_s;               /**< CPU seconds of drawing, of all ranks */
-    double draw_most_s, draw_mean_s; /**< wall time of drawing: of the busiest rank, the mean */
-    double idle_mean_s;              /**< for how long a rank had nothing to draw, the mean */
-    double gather_mean_s;            /**< of passing messages, on a rank's main thread, the mean */
-    double accept_s;                 /**< rank 0: encoding and writing, beside the drawing */
-    double read_s, prepare_s, share_s; /**< wall time of what came before the passes, once */
-    double prepare_cpu_s;              /**< CPU seconds of all ranks: reading, preparing, sharing */
+/** Times of drawing. */
+typedef struct sc_measured_drawing {
+    double cpu_s;          /**< CPU seconds of all ranks */
+    double most_s, mean_s; /**< wall time: of the busiest rank, the mean */
+} sc_measured_drawing;
+
+/** Times of what came before the passes, once. */
+typedef struct sc_measured_start {
+    double read_s, prepare_s, share_s; /**< wall time */
+    double cpu_s;                      /**< CPU seconds of all ranks: reading, preparing, sharing */
     double derive_s, derive_cpu_s;     /**< wall and CPU time of what this cell alone derives from
                                             the prepared volume, such as the octree; a part of
                                             prepare_s */
+} sc_measured_start;
+
+/** What was drawn. */
+typedef struct sc_measured_work {
     uint64_t rays, samples, contributions;
-    uint64_t peak_rss_most_bytes, peak_rss_sum_bytes; /**< largest of all ranks, and their sum */
-    uint64_t prepared_bytes;
+} sc_measured_work;
+
+/** Memory that was used. */
+typedef struct sc_measured_memory {
+    uint64_t peak_most_bytes, peak_sum_bytes; /**< resident: largest of all ranks, and their sum */
+    uint64_t prepared_bytes;                  /**< of the prepared volume */
+} sc_measured_memory;
+
+/** One measurement of a cell: a number of passes over its frames. Times and numbers are of one
+ *  pass, the mean of all. A plain value. */
+typedef struct sc_measurement {
+    int32_t cell, round;           /**< round: how many of all cells came before, from 0 */
+    int32_t passes, frames;        /**< frames: of a pass */
+    int32_t ranks, nodes, threads; /**< threads: of each rank */
+    int64_t begin_unix_s;          /**< seconds since 1970 (UTC) */
+    double wall_s, cpu_s;          /**< cpu_s: of all ranks, waiting included */
+    sc_measured_drawing draw;
+    double idle_mean_s;   /**< for how long a rank had nothing to draw, the mean */
+    double gather_mean_s; /**< of passing messages, on a rank's main thread, the mean */
+    double accept_s;      /**< rank 0: encoding and writing, beside the drawing */
+    sc_measured_start start;
+    sc_measured_work work;
+    sc_measured_memory memory;
     double energy_j;      /**< energy used by the processors of rank 0's node in one pass; -1: it
                                cannot be read */
     uint64_t pixels_hash; /**< of the hashes of all frames */

@@ -64,8 +64,9 @@ static json_t *speedup_json(const sc_study_view *view, const sc_cell_result *r, 
 /* @return what limited a cell, judged by its typical measurement. */
 static const char *limit_of(const sc_study_view *view, const sc_measurement *t)
 {
-    const double drawing_s = t->draw_mean_s * t->ranks * t->threads;
-    const double start_s = view->m->design.whole_jobs ? t->read_s + t->prepare_s + t->share_s : 0;
+    const double drawing_s = t->draw.mean_s * t->ranks * t->threads;
+    const double start_s =
+        view->m->design.whole_jobs ? t->start.read_s + t->start.prepare_s + t->start.share_s : 0;
 
     if (start_s > 0.5 * t->wall_s)
         return "start";
@@ -73,7 +74,7 @@ static const char *limit_of(const sc_study_view *view, const sc_measurement *t)
         return "encode";
     if (t->idle_mean_s > 0.15 * t->wall_s)
         return "wait";
-    if (t->ranks * t->threads > 1 && drawing_s > 0 && t->draw_cpu_s < 0.8 * drawing_s)
+    if (t->ranks * t->threads > 1 && drawing_s > 0 && t->draw.cpu_s < 0.8 * drawing_s)
         return "cores";
     return "draw";
 }
@@ -91,10 +92,11 @@ static json_t *cell_json(const sc_study_view *view, int cell, int times)
         t->threads, "base", r->base, "workers", r->workers, "serial_share", r->serial_share, "cost",
         r->cost, "imbalance", r->imbalance, "frames_per_s", r->frames_per_s, "mrays_per_cpu_s",
         r->mrays_per_cpu_s, "samples_per_ray", r->samples_per_ray, "contributions_per_ray",
-        t->rays ? (double)t->contributions / (double)t->rays : 0, "start_s",
-        t->read_s + t->prepare_s + t->share_s, "derive_s", t->derive_s, "prepared_bytes",
-        (json_int_t)t->prepared_bytes, "peak_rss_most_bytes", (json_int_t)t->peak_rss_most_bytes,
-        "peak_rss_sum_bytes", (json_int_t)t->peak_rss_sum_bytes, "limit", limit_of(view, t));
+        t->work.rays ? (double)t->work.contributions / (double)t->work.rays : 0, "start_s",
+        t->start.read_s + t->start.prepare_s + t->start.share_s, "derive_s", t->start.derive_s,
+        "prepared_bytes", (json_int_t)t->memory.prepared_bytes, "peak_rss_most_bytes",
+        (json_int_t)t->memory.peak_most_bytes, "peak_rss_sum_bytes",
+        (json_int_t)t->memory.peak_sum_bytes, "limit", limit_of(view, t));
     json_t *more = json_pack(
         "{s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "cpu", time_json(&r->cpu_s, t->frames), "wall",
         time_json(&r->wall_s, t->frames), "times", times_json(view, cell, times), "speedup",

@@ -127,8 +127,9 @@ static const quantity quantities[] = {{"samples per ray", 1},
 
 static double quantity_of(const sc_cell_result *r, size_t which)
 {
-    const double values[] = {r->samples_per_ray, r->typical.prepare_s, r->typical.derive_s,
-                             (double)r->typical.peak_rss_sum_bytes / 1e6};
+    const double values[] = {r->samples_per_ray, r->typical.start.prepare_s,
+                             r->typical.start.derive_s,
+                             (double)r->typical.memory.peak_sum_bytes / 1e6};
 
     return values[which];
 }

@@ -59,9 +59,9 @@ static sc_status describe_cell(const sc_ctx *ctx, const sc_measurements *m, doub
     SC_PASS(sc_statistics_of(ctx, cpu_s, count, &r->cpu_s));
     r->typical = typical_of(m, r->cell, r->cpu_s.median);
     r->frames_per_s = ratio(t->frames, r->wall_s.median);
-    r->mrays_per_cpu_s = ratio((double)t->rays / 1e6, r->cpu_s.median);
-    r->samples_per_ray = ratio((double)t->samples, (double)t->rays);
-    r->imbalance = t->draw_mean_s > 0 ? t->draw_most_s / t->draw_mean_s - 1 : 0;
+    r->mrays_per_cpu_s = ratio((double)t->work.rays / 1e6, r->cpu_s.median);
+    r->samples_per_ray = ratio((double)t->work.samples, (double)t->work.rays);
+    r->imbalance = t->draw.mean_s > 0 ? t->draw.most_s / t->draw.mean_s - 1 : 0;
     r->workers = (double)t->ranks * t->threads;
     return SC_OK;
 }
@@ -69,7 +69,7 @@ static sc_status describe_cell(const sc_ctx *ctx, const sc_measurements *m, doub
 /* @return the rays of a pass per second of @p time. */
 static double rays_per(const sc_cell_result *r, const sc_statistics *time)
 {
-    return ratio((double)r->typical.rays, time->median);
+    return ratio((double)r->typical.work.rays, time->median);
 }
 
 /* @return the cell with the fewest workers among those that have a result and differ from @p r at
@@ -178,12 +178,14 @@ static sc_status add_cell(const sc_ctx *ctx, const sc_design *design, const sc_c
                         r->mrays_per_cpu_s, r->samples_per_ray, r->imbalance, r->speedup,
                         r->efficiency, r->serial_share, r->cost));
     SC_PASS(sc_text_add(ctx, text, ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g",
-                        t->draw_cpu_s, t->idle_mean_s, t->gather_mean_s, t->accept_s, t->read_s,
-                        t->prepare_s, t->share_s, t->prepare_cpu_s, t->derive_s, t->derive_cpu_s));
-    SC_PASS(sc_text_add(
-        ctx, text, ",%llu,%llu,%llu,%.9g,%016llx,%.9g", (unsigned long long)t->prepared_bytes,
-        (unsigned long long)t->peak_rss_most_bytes, (unsigned long long)t->peak_rss_sum_bytes,
-        t->energy_j, (unsigned long long)t->pixels_hash, cores.core_s));
+                        t->draw.cpu_s, t->idle_mean_s, t->gather_mean_s, t->accept_s,
+                        t->start.read_s, t->start.prepare_s, t->start.share_s, t->start.cpu_s,
+                        t->start.derive_s, t->start.derive_cpu_s));
+    SC_PASS(sc_text_add(ctx, text, ",%llu,%llu,%llu,%.9g,%016llx,%.9g",
+                        (unsigned long long)t->memory.prepared_bytes,
+                        (unsigned long long)t->memory.peak_most_bytes,
+                        (unsigned long long)t->memory.peak_sum_bytes, t->energy_j,
+                        (unsigned long long)t->pixels_hash, cores.core_s));
     for (int i = 0; i < SC_CAUSE_COUNT; i++)
         SC_PASS(sc_text_add(ctx, text, ",%.9g", cores.causes_s[i]));
     return sc_text_add(ctx, text, "\r\n");

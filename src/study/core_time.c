@@ -65,14 +65,14 @@ sc_core_time sc_measurement_core_time(const sc_measurement *m, bool whole_job)
     const double cores = (double)m->ranks * m->threads;
     sc_core_time c = {0};
 
-    c.causes_s[SC_CAUSE_DRAW] = m->draw_cpu_s;
+    c.causes_s[SC_CAUSE_DRAW] = m->draw.cpu_s;
     c.causes_s[SC_CAUSE_IDLE] = cores * m->idle_mean_s;
     if (whole_job) {
-        c.causes_s[SC_CAUSE_READ] = cores * m->read_s;
-        c.causes_s[SC_CAUSE_PREPARE] = cores * m->prepare_s;
-        c.causes_s[SC_CAUSE_SHARE] = cores * m->share_s;
-        c.causes_s[SC_CAUSE_ENCODE] = not_negative(m->cpu_s - m->draw_cpu_s - m->prepare_cpu_s);
+        c.causes_s[SC_CAUSE_READ] = cores * m->start.read_s;
+        c.causes_s[SC_CAUSE_PREPARE] = cores * m->start.prepare_s;
+        c.causes_s[SC_CAUSE_SHARE] = cores * m->start.share_s;
+        c.causes_s[SC_CAUSE_ENCODE] = not_negative(m->cpu_s - m->draw.cpu_s - m->start.cpu_s);
     }
-    fill_rest(cores * m->wall_s, cores * m->draw_mean_s, &c);
+    fill_rest(cores * m->wall_s, cores * m->draw.mean_s, &c);
     return c;
 }

@@ -30,10 +30,10 @@ static sc_measurement measured(int cell, double wall_s, double cpu_s)
                             .threads = 1,
                             .wall_s = wall_s,
                             .cpu_s = cpu_s,
-                            .draw_most_s = 3,
-                            .draw_mean_s = 2,
-                            .rays = 2000000,
-                            .samples = 9000000,
+                            .draw.most_s = 3,
+                            .draw.mean_s = 2,
+                            .work.rays = 2000000,
+                            .work.samples = 9000000,
                             .energy_j = -1,
                             .pixels_hash = 0xfedcba9876543210u};
 }
@@ -148,7 +148,7 @@ TEST(more_work_for_more_ranks)
     sc_measurement one = measured(0, 8, 8), four = measured(2, 10, 40);
     SC_OWN(sc_free_at) sc_cell_result *results = NULL;
 
-    four.rays = 4 * one.rays;
+    four.work.rays = 4 * one.work.rays;
     assert_ok(sc_measurements_append(&quiet, &all, &one));
     assert_ok(sc_measurements_append(&quiet, &all, &four));
     assert_ok(sc_cell_results(&quiet, &all, &results));
@@ -256,12 +256,12 @@ TEST(core_time_adds_up)
                               .threads = 4,
                               .wall_s = 10,
                               .cpu_s = 60,
-                              .draw_cpu_s = 40,
-                              .draw_mean_s = 7,
+                              .draw.cpu_s = 40,
+                              .draw.mean_s = 7,
                               .idle_mean_s = 1,
-                              .read_s = 0.5,
-                              .prepare_s = 1,
-                              .prepare_cpu_s = 10};
+                              .start.read_s = 0.5,
+                              .start.prepare_s = 1,
+                              .start.cpu_s = 10};
     const sc_core_time frames = sc_measurement_core_time(&m, false);
     const sc_core_time job = sc_measurement_core_time(&m, true);
     sc_rank_record both[2] = {{.threads = 2, .farm_idle_s = 1}, {.threads = 2, .farm_idle_s = 2}};

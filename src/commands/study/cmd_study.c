@@ -126,8 +126,8 @@ static void note_cost(director *d, const sc_measurement *m)
         cost->measure_s = m->wall_s;
         return;
     }
-    cost->load_s = m->read_s + m->prepare_s + m->share_s - m->derive_s;
-    cost->measure_s = m->derive_s + frame_s + fmax(frames * frame_s, SC_MEASURED_S);
+    cost->load_s = m->start.read_s + m->start.prepare_s + m->start.share_s - m->start.derive_s;
+    cost->measure_s = m->start.derive_s + frame_s + fmax(frames * frame_s, SC_MEASURED_S);
 }
 
 /* All pixels of cells that show the same picture have to be the same. @param from index of the

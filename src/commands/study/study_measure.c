@@ -188,16 +188,16 @@ static void add_rank(const sc_rank_record *r, int ranks, int passes, sc_measurem
     const double draw_s = phases[SC_PHASE_RENDER].wall_s / passes;
 
     m->cpu_s += r->cpu_s / passes;
-    m->draw_cpu_s += phases[SC_PHASE_RENDER].cpu_s / passes;
-    m->draw_most_s = fmax(m->draw_most_s, draw_s);
-    m->draw_mean_s += draw_s / ranks;
+    m->draw.cpu_s += phases[SC_PHASE_RENDER].cpu_s / passes;
+    m->draw.most_s = fmax(m->draw.most_s, draw_s);
+    m->draw.mean_s += draw_s / ranks;
     m->idle_mean_s += phases[SC_PHASE_IDLE].wall_s / passes / ranks;
     m->gather_mean_s += phases[SC_PHASE_GATHER].wall_s / passes / ranks;
-    m->prepare_cpu_s +=
+    m->start.cpu_s +=
         phases[SC_PHASE_READ].cpu_s + phases[SC_PHASE_PREPARE].cpu_s + phases[SC_PHASE_SHARE].cpu_s;
-    m->peak_rss_sum_bytes += r->peak_rss_bytes;
-    if (r->peak_rss_bytes > m->peak_rss_most_bytes)
-        m->peak_rss_most_bytes = r->peak_rss_bytes;
+    m->memory.peak_sum_bytes += r->peak_rss_bytes;
+    if (r->peak_rss_bytes > m->memory.peak_most_bytes)
+        m->memory.peak_most_bytes = r->peak_rss_bytes;
 }
 
 /* Gather the reports of all ranks, and make the measurement of them on rank 0. Collective on the
@@ -227,19 +227,19 @@ static sc_status report(visit *v, int cell, const sc_study_way *way, int passes,
             .begin_unix_s = (int64_t)time(NULL),
             .wall_s = v->wall_s / passes,
             .accept_s = v->accept_s / passes,
-            .read_s = phases[SC_PHASE_READ].wall_s,
-            .prepare_s = phases[SC_PHASE_PREPARE].wall_s + v->derive_s,
-            .share_s = phases[SC_PHASE_SHARE].wall_s,
-            .derive_s = v->derive_s,
-            .rays = v->rays / (uint64_t)passes,
-            .samples = v->samples / (uint64_t)passes,
-            .contributions = v->contributions / (uint64_t)passes,
-            .prepared_bytes = sc_inputs_bytes(v->session->inputs),
+            .start.read_s = phases[SC_PHASE_READ].wall_s,
+            .start.prepare_s = phases[SC_PHASE_PREPARE].wall_s + v->derive_s,
+            .start.share_s = phases[SC_PHASE_SHARE].wall_s,
+            .start.derive_s = v->derive_s,
+            .work.rays = v->rays / (uint64_t)passes,
+            .work.samples = v->samples / (uint64_t)passes,
+            .work.contributions = v->contributions / (uint64_t)passes,
+            .memory.prepared_bytes = sc_inputs_bytes(v->session->inputs),
             .energy_j = sc_energy_j() >= 0 && v->energy_j >= 0 ? v->energy_j / passes : -1,
             .pixels_hash = v->hash};
         for (int i = 0; i < ranks; i++) {
             add_rank(&all[i].record, ranks, passes, out);
-            out->derive_cpu_s += all[i].derive_cpu_s;
+            out->start.derive_cpu_s += all[i].derive_cpu_s;
         }
     }
     return SC_OK;
@@ -258,19 +258,19 @@ static void take_record(void *user, const sc_run_record *record)
     m->nodes = record->nodes;
     m->threads = record->rank_records[0].threads;
     m->wall_s = record->wall_s;
-    m->read_s = first[SC_PHASE_READ].wall_s;
-    m->prepare_s = first[SC_PHASE_PREPARE].wall_s;
-    m->share_s = first[SC_PHASE_SHARE].wall_s;
-    m->prepared_bytes = record->prepared_bytes;
+    m->start.read_s = first[SC_PHASE_READ].wall_s;
+    m->start.prepare_s = first[SC_PHASE_PREPARE].wall_s;
+    m->start.share_s = first[SC_PHASE_SHARE].wall_s;
+    m->memory.prepared_bytes = record->prepared_bytes;
     m->accept_s = record->rank_records[0].accept_wall_s;
     for (int i = 0; i < record->ranks; i++)
         add_rank(&record->rank_records[i], record->ranks, 1, m);
     for (int i = 0; i < record->frame_count; i++) {
         const sc_frame_result *f = &record->frames[i];
 
-        m->rays += f->rays;
-        m->samples += f->samples;
-        m->contributions += f->contributions;
+        m->work.rays += f->rays;
+        m->work.samples += f->samples;
+        m->work.contributions += f->contributions;
         m->pixels_hash = sc_hash_bytes(&f->hash, sizeof f->hash, m->pixels_hash);
     }
 }
