@@ -137,6 +137,23 @@ void sc_heat_clear(sc_heat *heat);
 
 /* ---- this run ---- */
 
+/** What a run is done by. All texts are borrowed. */
+typedef struct sc_run_platform {
+    const char *version, *host; /**< version of segcast; host of rank 0 */
+    /** The commit of segcast, the processor of rank 0, the kernel variant, the MPI library with its
+     *  version; NULL: unknown. */
+    const char *commit, *processor, *kernel, *mpi;
+    const char *batch_job; /**< id of the batch job, or NULL */
+} sc_run_platform;
+
+/** The memory of a run, in bytes. */
+typedef struct sc_run_memory {
+    uint64_t volume, prepared; /**< of the volume, read and prepared */
+    uint64_t derived;  /**< of what was derived from it for drawing, on the node of rank 0, which
+                            holds it once if its ranks can share it */
+    uint64_t renderer; /**< that rank 0 had for itself to draw */
+} sc_run_memory;
+
 /** A run as written to stats.json and frames.csv. All pointers are borrowed.
  *
  *  In both files `frames` are those of this run and of @p earlier, each with the index of its run
@@ -144,12 +161,8 @@ void sc_heat_clear(sc_heat *heat);
  * keys of stats.json describe this run, which is the last one; for totals of all runs, add up the
  * entries of `runs`. */
 typedef struct sc_run_record {
-    const char *version, *host; /**< version of segcast; host of rank 0 */
-    /** The commit of segcast, the processor of rank 0, the kernel variant, the MPI library with its
-     *  version; NULL: unknown. */
-    const char *commit, *processor, *kernel, *mpi;
-    const char *batch_job; /**< id of the batch job, or NULL */
-    const char *settings;  /**< the keys of the job with their values as JSON; NULL: unknown */
+    sc_run_platform platform;
+    const char *settings; /**< the keys of the job with their values as JSON; NULL: unknown */
     /** A JSON object: `command`, the command line without what names persons or places, and
      * `inputs`, an array of objects, each with `use` (a text), and where they are known `bytes`
      * and `sha256`. NULL: unknown. */
@@ -164,14 +177,11 @@ typedef struct sc_run_record {
     const sc_rank_record *rank_records; /**< [ranks], at least 1 */
     const sc_frame_result *frames;      /**< [frame_count], in rising order of frames */
     int frame_count;
-    uint64_t volume_bytes, prepared_bytes; /**< memory of the volume, read and prepared */
-    uint64_t derived_bytes;  /**< memory of what was derived from it for drawing, on the node of
-                                  rank 0, which holds it once if its ranks can share it */
-    uint64_t renderer_bytes; /**< memory that rank 0 had for itself to draw */
-    double farm_wall_s;      /**< rank 0's sc_farm_times.wall_s; 0 if nothing was to be drawn */
-    const sc_heat *heat;     /**< of one of its frames; NULL: there is none */
-    bool wrote_png;          /**< frames were written as PNG */
-    bool from_prepared;      /**< the volume was mapped from a prepared file, as it was */
+    sc_run_memory memory;
+    double farm_wall_s;  /**< rank 0's sc_farm_times.wall_s; 0 if nothing was to be drawn */
+    const sc_heat *heat; /**< of one of its frames; NULL: there is none */
+    bool wrote_png;      /**< frames were written as PNG */
+    bool from_prepared;  /**< the volume was mapped from a prepared file, as it was */
 } sc_run_record;
 
 /** @return the times of a phase: on the clock those of the rank that took longest, of CPUs the sum
@@ -220,9 +230,8 @@ typedef struct sc_run_stats {
     char version[SC_RUN_TEXT_BYTES];
     sc_run_record run;   /**< the last run, for sc_run_bottleneck and the like: job, ranks, nodes,
                               wall_s, farm_wall_s, ended, rank_records (which is `ranks`),
-                              volume_bytes, prepared_bytes, derived_bytes, renderer_bytes, wrote_png,
-                            from_prepared, frame_count,   without `frames`; texts and all else are
-                            empty, see `history` */
+                              memory, wrote_png, from_prepared, frame_count, without `frames`; texts
+                              and all else are empty, see `history` */
     sc_heat heat;        /**< of one of its frames, if there is one; owned */
     double frames_per_s; /**< of the last run */
     double mrays_per_cpu_s; /**< of the last run, while it drew */

@@ -114,9 +114,9 @@ static json_t *run_json(const sc_report_run *run, const sc_run_stats *stats)
         sc_bottleneck_advice(sc_run_bottleneck(&stats->run)), "phases", phases_json(stats), "ranks",
         ranks_json(stats), "core_time", sc_json_core_time(&cores), "runs",
         runs_json(&stats->history), "memory", "peak_rss_bytes", (json_int_t)peak_bytes(stats),
-        "volume_bytes", (json_int_t)stats->run.volume_bytes, "prepared_bytes",
-        (json_int_t)stats->run.prepared_bytes, "derived_bytes",
-        (json_int_t)stats->run.derived_bytes);
+        "volume_bytes", (json_int_t)stats->run.memory.volume, "prepared_bytes",
+        (json_int_t)stats->run.memory.prepared, "derived_bytes",
+        (json_int_t)stats->run.memory.derived);
 }
 
 sc_status sc_report_make(const sc_ctx *ctx, const sc_report_run *run, sc_text *out)

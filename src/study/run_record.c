@@ -159,12 +159,12 @@ static sc_status fill_entry(const sc_ctx *ctx, const sc_run_record *run, sc_run_
                             .cpu_s = total_cpu_s(run),
                             .farm_wall_s = run->farm_wall_s,
                             .frames = run->frame_count};
-    (void)sc_copy_name(run->host, entry->host, sizeof entry->host);
-    copy_text(run->processor, entry->processor);
-    copy_text(run->kernel, entry->kernel);
-    copy_text(run->mpi, entry->mpi);
-    copy_text(run->commit, entry->commit);
-    copy_text(run->batch_job, entry->batch_job);
+    (void)sc_copy_name(run->platform.host, entry->host, sizeof entry->host);
+    copy_text(run->platform.processor, entry->processor);
+    copy_text(run->platform.kernel, entry->kernel);
+    copy_text(run->platform.mpi, entry->mpi);
+    copy_text(run->platform.commit, entry->commit);
+    copy_text(run->platform.batch_job, entry->batch_job);
     if (gmtime_r(&begin, &utc))
         strftime(entry->begin, sizeof entry->begin, "%Y-%m-%dT%H:%M:%SZ", &utc);
     if (run->made_from)
@@ -246,7 +246,7 @@ static json_t *run_json(const sc_run_record *run, const sc_run_entry *entry)
         rays += (double)run->frames[i].rays;
     json = json_pack(
         "{s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:{s:f, s:f}, s:f, s:b, s:b, s:o, s:o, s:o, s:o}",
-        "schema", SC_STATS_SCHEMA, "version", run->version, "job_hash",
+        "schema", SC_STATS_SCHEMA, "version", run->platform.version, "job_hash",
         sc_json_of_hash(run->job.job), "volume_hash", sc_json_of_hash(run->job.volume), "phases",
         phases_json(run), "runs", runs_json(run, entry), "frames", frames_json(run), "memory",
         sc_json_with_key(sc_json_of_rows(sc_memory_rows, run), "peak_rss_bytes", peaks), "speed",

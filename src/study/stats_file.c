@@ -9,12 +9,13 @@
 #define STATS_BYTES_MAX ((size_t)1 << 30)
 
 #define ROW(kind, member) SC_JSON_ROW(kind, sc_run_record, member)
+#define MEMORY(key, member) SC_JSON_ROW_AS(COUNT, key, sc_run_record, memory.member)
 #define SPEED(member) SC_JSON_ROW(SECONDS, sc_run_stats, member)
 
-const sc_json_row sc_memory_rows[] = {ROW(COUNT, volume_bytes),
-                                      ROW(COUNT, prepared_bytes),
-                                      ROW(COUNT, derived_bytes),
-                                      ROW(COUNT, renderer_bytes),
+const sc_json_row sc_memory_rows[] = {MEMORY("volume_bytes", volume),
+                                      MEMORY("prepared_bytes", prepared),
+                                      MEMORY("derived_bytes", derived),
+                                      MEMORY("renderer_bytes", renderer),
                                       {0}};
 static const sc_json_row speed_rows[] = {SPEED(frames_per_s), SPEED(mrays_per_cpu_s), {0}};
 static const sc_json_row how_rows[] = {ROW(BOOL, wrote_png), ROW(BOOL, from_prepared), {0}};

@@ -276,26 +276,26 @@ static void describe_run(const sc_run *run, record_texts *texts, sc_run_record *
     sc_processor_name(texts->processor, sizeof texts->processor);
     sc_comm_library(texts->mpi, sizeof texts->mpi);
     *record = (sc_run_record){
-        .version = sc_version(),
-        .host = run->session.times.host,
-        .commit = sc_commit(),
-        .processor = texts->processor,
-        .kernel = sc_renderer_kernel(sc_session_renderer(&run->session, 0))->cpu,
-        .mpi = texts->mpi,
-        .batch_job = sc_batch_job(),
+        .platform = {.version = sc_version(),
+                     .host = run->session.times.host,
+                     .commit = sc_commit(),
+                     .processor = texts->processor,
+                     .kernel = sc_renderer_kernel(sc_session_renderer(&run->session, 0))->cpu,
+                     .mpi = texts->mpi,
+                     .batch_job = sc_batch_job()},
         .made_from = run->root.made_from,
         .id = run->root.id,
         .ranks = sc_comm_size(run->app->comm),
         .nodes = sc_comm_node_count(run->app->comm),
         .job = {run->root.store_job.job_hash, run->root.store_job.volume_hash},
         .begin_unix_s = run->clock.begin_unix_s,
-        .volume_bytes = (uint64_t)(job->volume.phase_count ? run->session.inputs->count : 1) *
-                        (uint64_t)volume->size[0] * (uint64_t)volume->size[1] *
-                        (uint64_t)volume->size[2] * (uint64_t)volume->label_bytes,
-        .prepared_bytes = sc_inputs_bytes(run->session.inputs),
+        .memory.volume = (uint64_t)(job->volume.phase_count ? run->session.inputs->count : 1) *
+                         (uint64_t)volume->size[0] * (uint64_t)volume->size[1] *
+                         (uint64_t)volume->size[2] * (uint64_t)volume->label_bytes,
+        .memory.prepared = sc_inputs_bytes(run->session.inputs),
         .wrote_png = job->output.frames == SC_FRAMES_PNG,
         .from_prepared = input->mapped && !input->shared && !input->kept};
-    record->renderer_bytes = sc_session_renderer_bytes(&run->session, &record->derived_bytes);
+    record->memory.renderer = sc_session_renderer_bytes(&run->session, &record->memory.derived);
 }
 
 /* For sc_ctx.write: keep the first error in a text of ERROR_BYTES. */

@@ -261,7 +261,7 @@ static void take_record(void *user, const sc_run_record *record)
     m->start.read_s = first[SC_PHASE_READ].wall_s;
     m->start.prepare_s = first[SC_PHASE_PREPARE].wall_s;
     m->start.share_s = first[SC_PHASE_SHARE].wall_s;
-    m->memory.prepared_bytes = record->prepared_bytes;
+    m->memory.prepared_bytes = record->memory.prepared;
     m->accept_s = record->rank_records[0].accept_wall_s;
     for (int i = 0; i < record->ranks; i++)
         add_rank(&record->rank_records[i], record->ranks, 1, m);
