@@ -27,20 +27,41 @@ typedef struct sc_grey_look {
                         have a look of their own, 0 only if it is 0 in all of them */
 } sc_grey_look;
 
+/** How many rays are sent. */
+typedef struct sc_sampling {
+    int samples;      /**< in a pixel that gets more than one, 1 to SC_SAMPLES_MAX; 1: every pixel
+                           gets one */
+    int lens_samples; /**< in a pixel of a scene whose camera has an aperture, or whose light comes
+                           by paths: a power of two; 0: there is no such scene */
+    bool everywhere;  /**< true: every pixel gets that many rays; false: only pixels that differ
+                           from a neighbour do, all others one */
+    bool to_the_end;  /**< rays go on behind what is opaque: the same picture, more work */
+} sc_sampling;
+
+/** Who does the work of drawing. All pointers are borrowed. */
+typedef struct sc_render_work {
+    int tile_px; /**< edge of a tile, at least 1 */
+    int threads; /**< that draw a frame, at least 1 */
+    /** NULL, or a flag that a signal handler may set: then the rest of a frame is left out, and
+     * what is drawn is of no use. */
+    const atomic_int *give_up;
+    /** NULL, or the communicator whose ranks make a renderer each, with the same settings but for
+     * the threads: those of a node derive together what they draw from, and share it. */
+    sc_comm *comm;
+    const char *folder; /**< as of sc_team_open; not read without comm */
+    /** NULL, or a renderer with the same threads and tiles that never draws at the same time: the
+     *  memory in which it draws tiles is used, too, until sc_renderer_free. */
+    const struct sc_renderer *lender;
+} sc_render_work;
+
 /** What all frames of a renderer share. Only sc_renderer_new reads the text @p cpu points to. */
 typedef struct sc_render_settings {
     int width_px, height_px;
     sc_surface surface;
     sc_skip skip;
-    const char *cpu;  /**< variant of the kernels, one of sc_cpu_names; NULL: the best that this
-                           processor can run */
-    int samples;      /**< rays in a pixel that gets more than one, 1 to SC_SAMPLES_MAX; 1: every
-                           pixel gets one */
-    int lens_samples; /**< rays in a pixel of a scene whose camera has an aperture, or whose light
-                           comes by paths: a power of two; 0: there is no such scene */
-    bool everywhere; /**< true: every pixel gets that many rays; false: only pixels that differ from
-                          a neighbour do, all others one */
-    bool to_the_end; /**< rays go on behind what is opaque: the same picture, more work */
+    const char *cpu; /**< variant of the kernels, one of sc_cpu_names; NULL: the best that this
+                          processor can run */
+    sc_sampling sampling;
     double step_voxels;     /**< distance between samples, in voxel lengths (the smallest spacing);
                                  voxel surface only */
     bool caps;              /**< cut faces are drawn solid */
@@ -58,18 +79,7 @@ typedef struct sc_render_settings {
     sc_opacity_rule opacity_rule; /**< of the tissues, for their local thickness */
     uint8_t background[3];        /**< sRGB; not read if transparent */
     bool transparent;             /**< there is no background: images have alpha (sc_image) */
-    int tile_px;                  /**< edge of a tile, at least 1 */
-    int threads;                  /**< that draw a frame, at least 1 */
-    /** NULL, or a flag that a signal handler may set: then the rest of a frame is left out, and
-     * what is drawn is of no use. Borrowed. */
-    const atomic_int *give_up;
-    /** NULL, or the communicator whose ranks make a renderer each, with the same settings but for
-     * the threads: those of a node derive together what they draw from, and share it. Borrowed. */
-    sc_comm *comm;
-    const char *folder; /**< as of sc_team_open; not read without comm */
-    /** NULL, or a renderer with the same threads and tiles that never draws at the same time: the
-     *  memory in which it draws tiles is used, too. Borrowed until sc_renderer_free. */
-    const struct sc_renderer *lender;
+    sc_render_work work;
 } sc_render_settings;
 
 /** Draws frames of one volume with one set of tissues and settings. */
@@ -84,14 +94,14 @@ typedef struct sc_render_stats {
 void sc_render_stats_add(sc_render_stats *sum, const sc_render_stats *more);
 
 /** Make a renderer: finds what is visible, and derives from the volume all that does not change
- *  from frame to frame. Starts settings->threads threads during the call. With settings->comm
- *  collective among the ranks of a node, which all get the same return code; SC_ERR_MEMORY also
- *  means that they can share no memory, and each may try again without settings->comm. @param
- * settings copied. @param volume stays borrowed until sc_renderer_free. @param tissues [label_count
- * of the volume], by dense id; copied. @param out caller owns: sc_renderer_free; written only on
- *  success. @return SC_ERR_MEMORY; SC_ERR_DATA if the geometry of the volume is singular;
- *  SC_ERR_USAGE if this processor cannot run the variant settings->cpu. A volume too large for
- *  wide kernels is no error: those of SC_SKIP_INTERIOR then draw it (see
+ *  from frame to frame. Starts settings->work.threads threads during the call. With
+ * settings->work.comm collective among the ranks of a node, which all get the same return code;
+ * SC_ERR_MEMORY also means that they can share no memory, and each may try again without
+ * settings->work.comm. @param settings copied. @param volume stays borrowed until sc_renderer_free.
+ * @param tissues [label_count of the volume], by dense id; copied. @param out caller owns:
+ * sc_renderer_free; written only on success. @return SC_ERR_MEMORY; SC_ERR_DATA if the geometry of
+ * the volume is singular; SC_ERR_USAGE if this processor cannot run the variant settings->cpu. A
+ * volume too large for wide kernels is no error: those of SC_SKIP_INTERIOR then draw it (see
  *  sc_renderer_kernel). */
 SC_MUST_USE sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
                                       const sc_prepared *volume, const sc_tissue *tissues,
@@ -131,7 +141,7 @@ const sc_kernel *sc_renderer_kernel(const sc_renderer *renderer);
 /** Bytes of memory that every rank has for itself to draw, beside the prepared volume. */
 uint64_t sc_renderer_bytes(const sc_renderer *renderer);
 /** Bytes of what was derived from the volume: the ranks of a node hold them once, if the renderer
- *  was made with settings->comm. */
+ *  was made with settings->work.comm. */
 uint64_t sc_renderer_derived_bytes(const sc_renderer *renderer);
 
 /** A rectangle of a picture: x_px and y_px are its upper left corner. */

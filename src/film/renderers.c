@@ -98,13 +98,13 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .surface = (sc_surface)job->render.surface,
         .skip = (sc_skip)job->render.skip,
         .cpu = sc_cpu_names[job->render.cpu],
-        .samples = samples[job->render.quality],
-        .lens_samples =
+        .sampling.samples = samples[job->render.quality],
+        .sampling.lens_samples =
             job->animation.camera.optics.aperture_mm > 0 || job->light.method == SC_LIGHT_PATH
                 ? 4 << samples[job->render.quality]
                 : 0,
-        .to_the_end = !job->render.early_termination,
-        .everywhere = job->render.quality == SC_QUALITY_STILL,
+        .sampling.to_the_end = !job->render.early_termination,
+        .sampling.everywhere = job->render.quality == SC_QUALITY_STILL,
         .step_voxels = job->render.step_voxels,
         .caps = job->render.caps != 0,
         .floor = job->render.stage,
@@ -117,12 +117,13 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .environment_turn_deg = job->environment.turn_deg,
         .local_thickness = (job->render.auto_opacity & SC_OPACITY_LOCAL) != 0,
         .opacity_rule = sc_job_opacity_rule(job),
-        .tile_px = job->farm.tile_px,
-        .threads = app->threads,
-        .give_up = panel->give_up ? panel->give_up : sc_signals_give_up(),
-        .comm = comm,
-        .folder = sc_temporary_folder(),
-        .lender = phase ? panel->renderers[0] : NULL, /* frames are drawn one after the other */
+        .work.tile_px = job->farm.tile_px,
+        .work.threads = app->threads,
+        .work.give_up = panel->give_up ? panel->give_up : sc_signals_give_up(),
+        .work.comm = comm,
+        .work.folder = sc_temporary_folder(),
+        .work.lender =
+            phase ? panel->renderers[0] : NULL, /* frames are drawn one after the other */
     };
 
     memcpy(settings.background, job->render.background.rgb, sizeof settings.background);

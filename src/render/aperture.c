@@ -57,11 +57,12 @@ static void set_samples(sc_lens_sample *out, int each)
 
 sc_status sc_lens_samples_make(const sc_ctx *ctx, sc_renderer *r)
 {
-    const size_t side = (size_t)r->settings.tile_px + 2, each = (size_t)r->settings.lens_samples;
+    const size_t side = (size_t)r->settings.work.tile_px + 2,
+                 each = (size_t)r->settings.sampling.lens_samples;
 
     if (!each)
         return SC_OK;
-    SC_PASS(SC_ALLOC(ctx, (size_t)r->settings.threads * side * side, &r->room.blurred));
+    SC_PASS(SC_ALLOC(ctx, (size_t)r->settings.work.threads * side * side, &r->room.blurred));
     SC_PASS(SC_ALLOC(ctx, SQUARE_PIXELS * each, &r->room.lens_samples));
     set_samples(r->room.lens_samples, (int)each);
     return SC_OK;
@@ -72,14 +73,15 @@ static sc_aim aim_of(const sc_renderer *r, int x, int y, int i)
 {
     const int column = x & (SC_LENS_BLOCK - 1), row = y & (SC_LENS_BLOCK - 1);
     const sc_lens_sample *sample =
-        &r->room.lens_samples[(row * SC_LENS_BLOCK + column) * r->settings.lens_samples + i];
+        &r->room
+             .lens_samples[(row * SC_LENS_BLOCK + column) * r->settings.sampling.lens_samples + i];
     double at[4], lens[3];
 
     for (int c = 0; c < 4; c++)
         at[c] = (sample->at[c] + 0.5) * 0x1p-16;
     sc_cosine_direction(at + 2, lens);
     return (sc_aim){x + at[0], y + at[1], lens[0], lens[1],
-                    r->settings.lens_samples * (int)z_order(column, row) + i};
+                    r->settings.sampling.lens_samples * (int)z_order(column, row) + i};
 }
 
 /* March the rays waiting, add what they bring back to that of their pixels, and empty the queue. */
@@ -178,13 +180,14 @@ static void store(const sc_renderer *r, const sc_blurred_pixel *p, uint8_t *to)
  * ahead of the others. */
 static int find_rays(const sc_renderer *r, const sc_scene *scene, int *first, int *end)
 {
-    const int all = r->settings.lens_samples, moments = scene->moments > 1 ? scene->moments : 1;
+    const int all = r->settings.sampling.lens_samples,
+              moments = scene->moments > 1 ? scene->moments : 1;
     const int each = all > moments ? all / moments : 1;
 
     *first = scene->moment * each % all;
     *end = *first + each;
     /* Paths always differ. */
-    return r->settings.everywhere || r->light.traces || each < PILOT_SHARE * PILOT_LEAST
+    return r->settings.sampling.everywhere || r->light.traces || each < PILOT_SHARE * PILOT_LEAST
                ? each
                : each / PILOT_SHARE;
 }

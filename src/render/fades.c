@@ -125,8 +125,8 @@ static void set_occlusion(sc_renderer *r, const float *factors)
         return;
     if (memcmp(weights, fades->mixed_weights, sizeof weights) != 0) {
         memcpy(fades->mixed_weights, weights, sizeof weights);
-        sc_parallel_for(r->settings.threads, brick_count(&r->derived.occlusion), 16384, mix_bricks,
-                        r);
+        sc_parallel_for(r->settings.work.threads, brick_count(&r->derived.occlusion), 16384,
+                        mix_bricks, r);
     }
     r->derived.occlusion.filled = (const uint8_t(*)[2])fades->mixed;
 }

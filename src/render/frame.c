@@ -80,7 +80,7 @@ static void queue_first_ray(sc_tile *t, int x, int y)
  * are marched side by side go through the same part of the volume. */
 static void cast_first_rays(sc_tile *t)
 {
-    const int apron = t->f->renderer->settings.samples > 1 &&
+    const int apron = t->f->renderer->settings.sampling.samples > 1 &&
                       !t->f->renderer->hurries; /* neighbours are needed for comparison */
     const int x1 = t->x1 + apron, y1 = t->y1 + apron;
 
@@ -159,7 +159,7 @@ static void flush_samples(sc_tile *t)
 static void sample_pixel(sc_tile *t, int x, int y, uint32_t target)
 {
     const sc_render_settings *s = &t->f->renderer->settings;
-    const bool has_first = !s->everywhere && has_middle_ray(s->samples);
+    const bool has_first = !s->sampling.everywhere && has_middle_ray(s->sampling.samples);
     sc_pixel_state *pixel = &t->pixels[target];
 
     for (int c = 0; c < 3; c++)
@@ -167,10 +167,10 @@ static void sample_pixel(sc_tile *t, int x, int y, uint32_t target)
     pixel->added_cover = has_first ? pixel->cover : 0;
     if (!sc_may_show(t->f, x, y))
         return;
-    for (int i = has_first; i < s->samples; i++) {
+    for (int i = has_first; i < s->sampling.samples; i++) {
         double at[2];
 
-        sample_position(s->samples, i, at);
+        sample_position(s->sampling.samples, i, at);
         if (t->rays.count == t->rays.most)
             flush_samples(t);
         sc_tile_add_ray(t, &(sc_aim){x + at[0], y + at[1], 0, 0, 0}, target);
@@ -188,7 +188,7 @@ static void refine(sc_tile *t)
         sc_pixel_state *row = t->pixels + (y - t->y0 + 1) * t->stride + 1;
 
         for (int x = 0; x < t->x1 - t->x0; x++)
-            row[x].sampled = s->everywhere || differs_from_neighbours(t, &row[x]);
+            row[x].sampled = s->sampling.everywhere || differs_from_neighbours(t, &row[x]);
     }
     for (int y = t->y0; y < t->y1; y++) {
         const int row = (y - t->y0 + 1) * t->stride + 1;
@@ -206,7 +206,7 @@ static void refine(sc_tile *t)
  * nearly are, which is how browsers, players and video editors blend. */
 static void store_transparent(const sc_renderer *r, const sc_pixel_state *g, uint8_t *pixel)
 {
-    const float share = g->sampled ? 1 / (float)r->settings.samples : 1;
+    const float share = g->sampled ? 1 / (float)r->settings.sampling.samples : 1;
     const float cover = share * (g->sampled ? g->added_cover : g->cover);
     const float *tone = g->sampled ? g->added : g->tone;
 
@@ -245,9 +245,9 @@ static void store_row(const sc_tile *t, int y)
             continue;
         }
         for (int c = 0; c < 3; c++) {
-            const float tone = g->sampled
-                                   ? r->behind.tone[c] + g->added[c] / (float)r->settings.samples
-                                   : g->tone[c];
+            const float tone =
+                g->sampled ? r->behind.tone[c] + g->added[c] / (float)r->settings.sampling.samples
+                           : g->tone[c];
 
             pixel[c] = sc_srgb_level(&r->srgb, tone * tone);
         }
@@ -301,9 +301,9 @@ static void draw_tile(sc_tile *t)
         sc_tile_draw_blurred(t);
         return;
     }
-    if (!s->everywhere || once)
+    if (!s->sampling.everywhere || once)
         cast_first_rays(t);
-    if (!once && (s->everywhere || s->samples > 1))
+    if (!once && (s->sampling.everywhere || s->sampling.samples > 1))
         refine(t);
     for (int y = t->y0; y < t->y1; y++)
         store_row(t, y);
@@ -322,7 +322,7 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
     const sc_frame *f = user;
     const sc_render_settings *s = &f->renderer->settings;
     sc_render_span *span = &f->renderer->room.spans[thread];
-    const int side = s->tile_px + 2;
+    const int side = s->work.tile_px + 2;
     sc_render_stats *stats = &f->renderer->room.stats[thread];
     sc_tile t; /* not initialised as a whole, because it is large */
     double begin_s;
@@ -345,10 +345,10 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
                       ? SC_APART_BATCH
                       : SC_RAY_BATCH;
     for (size_t i = begin; i < end && !sc_is_given_up(f->renderer); i++) {
-        t.x0 = f->column0 + (int)(i % (size_t)f->tiles_x) * s->tile_px;
-        t.y0 = f->row0 + (int)(i / (size_t)f->tiles_x) * s->tile_px;
-        t.x1 = least(t.x0 + s->tile_px, f->column1);
-        t.y1 = least(t.y0 + s->tile_px, f->row1);
+        t.x0 = f->column0 + (int)(i % (size_t)f->tiles_x) * s->work.tile_px;
+        t.y0 = f->row0 + (int)(i / (size_t)f->tiles_x) * s->work.tile_px;
+        t.x1 = least(t.x0 + s->work.tile_px, f->column1);
+        t.y1 = least(t.y0 + s->work.tile_px, f->row1);
         draw_tile(&t);
     }
     sc_add_counters(&stats->counters, &t.counters);
@@ -365,7 +365,7 @@ void sc_render_stats_add(sc_render_stats *sum, const sc_render_stats *more)
 
 void sc_renderer_spans(sc_renderer *r, sc_render_span *out)
 {
-    const size_t bytes = (size_t)r->settings.threads * sizeof *r->room.spans;
+    const size_t bytes = (size_t)r->settings.work.threads * sizeof *r->room.spans;
 
     memcpy(out, r->room.spans, bytes);
     memset(r->room.spans, 0, bytes);
@@ -410,7 +410,7 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *pa
     const double begin_s = sc_wall_s();
     const sc_viewport whole = {0, 0, image->width_px, image->height_px};
     const sc_viewport *viewport = part ? part : &whole;
-    const int px = r->settings.tile_px, height_px = viewport->height_px;
+    const int px = r->settings.work.tile_px, height_px = viewport->height_px;
     const int width_px = viewport->width_px;
     const int column0 = columns ? within(columns->first - viewport->x_px, width_px) : 0;
     const int column1 = columns ? within(columns->end - viewport->x_px, width_px) : width_px;
@@ -434,9 +434,10 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *pa
 
     begin_view(&f);
     memcpy(f.nothing.tone, r->behind.tone, sizeof f.nothing.tone);
-    memset(r->room.stats, 0, (size_t)r->settings.threads * sizeof *r->room.stats);
-    sc_parallel_for(r->settings.threads, (size_t)f.tiles_x * (size_t)tiles_y, 1, draw_tiles, &f);
-    for (int i = 0; i < r->settings.threads; i++) {
+    memset(r->room.stats, 0, (size_t)r->settings.work.threads * sizeof *r->room.stats);
+    sc_parallel_for(r->settings.work.threads, (size_t)f.tiles_x * (size_t)tiles_y, 1, draw_tiles,
+                    &f);
+    for (int i = 0; i < r->settings.work.threads; i++) {
         sc_add_counters(&stats->counters, &r->room.stats[i].counters);
         stats->cpu_s += r->room.stats[i].cpu_s;
     }
@@ -520,11 +521,11 @@ void sc_render_counts(sc_renderer *r, const sc_scene *scene, int width_px, int h
     *stats = (sc_render_stats){0};
     memset(out, 0, pixels * sizeof *out);
     begin_view(&c.f);
-    memset(r->room.stats, 0, (size_t)r->settings.threads * sizeof *r->room.stats);
-    sc_parallel_for(r->settings.threads, (size_t)height_px, 1, count_rows, &c);
+    memset(r->room.stats, 0, (size_t)r->settings.work.threads * sizeof *r->room.stats);
+    sc_parallel_for(r->settings.work.threads, (size_t)height_px, 1, count_rows, &c);
     for (size_t i = 0; i < pixels; i++)
         sc_add_counters(&stats->counters, &out[i]);
-    for (int i = 0; i < r->settings.threads; i++)
+    for (int i = 0; i < r->settings.work.threads; i++)
         stats->cpu_s += r->room.stats[i].cpu_s;
     stats->wall_s = sc_wall_s() - begin_s;
 }

@@ -17,7 +17,7 @@ void sc_gather_for(sc_gather *g, size_t count, size_t chunk, sc_range_fn *body)
     if (g->together)
         sc_team_for(g->renderer->team, count, chunk, body, g);
     else
-        sc_parallel_for(g->renderer->settings.threads, count, chunk, body, g);
+        sc_parallel_for(g->renderer->settings.work.threads, count, chunk, body, g);
 }
 
 bool sc_gather_ends(const sc_gather *g)

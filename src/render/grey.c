@@ -125,7 +125,7 @@ out:
 
 sc_status sc_find_backdrop(const sc_ctx *ctx, sc_renderer *r)
 {
-    const sc_renderer *lender = r->settings.lender;
+    const sc_renderer *lender = r->settings.work.lender;
     sc_march_backdrop *b = &r->grey.backdrop;
 
     if (!r->settings.grey || !(r->settings.grey_look.backdrop > 0))

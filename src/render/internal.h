@@ -194,7 +194,7 @@ struct sc_renderer {
 /* @return whether what is being drawn is to be given up: see sc_render_settings. */
 static inline bool sc_is_given_up(const sc_renderer *r)
 {
-    return r->settings.give_up && *r->settings.give_up;
+    return r->settings.work.give_up && *r->settings.work.give_up;
 }
 
 /* What all rays of a view share. Its vectors are in voxels: the eye's position, and directions per

@@ -102,7 +102,7 @@ static sc_status make_all(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *ti
 /* Allocate r->parts, with the rooms of the threads. @param count of parts. */
 static sc_status allocate(const sc_ctx *ctx, sc_renderer *r, int count)
 {
-    const size_t threads = (size_t)r->settings.threads;
+    const size_t threads = (size_t)r->settings.work.threads;
 
     SC_PASS(SC_ZALLOC(ctx, 1, &r->parts));
     r->parts->count = count;
@@ -174,7 +174,7 @@ uint64_t sc_parts_bytes(const sc_renderer *r)
     }
     return bytes + sizeof *r->parts +
            (uint64_t)SC_COVER_SIDE * SC_COVER_SIDE * sizeof *r->parts->met +
-           (uint64_t)r->settings.threads *
+           (uint64_t)r->settings.work.threads *
                (sizeof *r->parts->rooms +
                 (uint64_t)r->parts->count * SC_APART_BATCH * sizeof *r->parts->ways);
 }
@@ -264,7 +264,7 @@ static void set_occlusion(const sc_renderer *r, int p, double share, const sc_sc
         memcpy(weights + 2, r->fades.mixed_weights, sizeof r->fades.mixed_weights);
     if (memcmp(weights, part->mixed_weights, sizeof weights) != 0) {
         memcpy(part->mixed_weights, weights, sizeof weights);
-        sc_parallel_for(r->settings.threads, sc_brick_count(to->size), 16384, mix_bricks, &m);
+        sc_parallel_for(r->settings.work.threads, sc_brick_count(to->size), 16384, mix_bricks, &m);
     }
     to->filled = (const uint8_t(*)[2])part->mixed;
 }

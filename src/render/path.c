@@ -54,7 +54,7 @@ typedef struct tracer {
 /* @return how many paths the pixels of a square have together. */
 static uint32_t square_count(const sc_renderer *r)
 {
-    return (uint32_t)(SC_LENS_BLOCK * SC_LENS_BLOCK * r->settings.lens_samples);
+    return (uint32_t)(SC_LENS_BLOCK * SC_LENS_BLOCK * r->settings.sampling.lens_samples);
 }
 
 uint64_t sc_path_numbers_bytes(const sc_renderer *r)

@@ -54,7 +54,7 @@ static void fill_march(sc_renderer *r)
         .light = {.flat = l->method == SC_LIGHT_FLAT},
         .occlusion = r->derived.occlusion.filled ? &r->derived.occlusion : NULL,
         .around_share = 1,
-        .opaque_below = s->to_the_end ? 0 : SC_OPAQUE,
+        .opaque_below = s->sampling.to_the_end ? 0 : SC_OPAQUE,
         .cut_faces.are_drawn = s->caps,
         .cut_faces.outline = (float)(s->cap_outline / 2),
     };
@@ -143,14 +143,15 @@ static sc_status derive(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show,
  * there is. */
 static sc_status allocate(const sc_ctx *ctx, sc_renderer *r)
 {
-    const size_t threads = (size_t)r->settings.threads, side = (size_t)r->settings.tile_px + 2;
+    const size_t threads = (size_t)r->settings.work.threads,
+                 side = (size_t)r->settings.work.tile_px + 2;
 
     SC_PASS(SC_ALLOC(ctx, (size_t)r->volume->label_count, &r->tissues));
     SC_PASS(SC_ZALLOC(ctx, (size_t)r->volume->label_count, &r->looks));
     SC_PASS(SC_ZALLOC(ctx, threads, &r->room.stats));
     SC_PASS(SC_ZALLOC(ctx, threads, &r->room.spans));
-    if (r->settings.lender) {
-        r->room.pixels = r->settings.lender->room.pixels;
+    if (r->settings.work.lender) {
+        r->room.pixels = r->settings.work.lender->room.pixels;
     } else {
         SC_PASS(SC_ALLOC(ctx, threads * side * side, &r->room.pixels));
     }
@@ -228,7 +229,8 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     SC_OWN(sc_free_at) float *opacity = NULL;
     sc_status status;
 
-    SC_TRY(sc_team_open(ctx, settings->comm, settings->threads, settings->folder, &team));
+    SC_TRY(sc_team_open(ctx, settings->work.comm, settings->work.threads, settings->work.folder,
+                        &team));
     status = SC_ZALLOC(ctx, 1, &r);
     if (status == SC_OK)
         status = SC_ALLOC(ctx, labels, &show);
@@ -314,7 +316,7 @@ void sc_renderer_free(sc_renderer *r)
     sc_free(r->room.lens_samples);
     sc_free(r->light.path_numbers);
     sc_sky_clear(&r->light.sky);
-    if (!r->settings.lender)
+    if (!r->settings.work.lender)
         sc_free(r->room.pixels);
     sc_free(r);
 }
@@ -337,16 +339,16 @@ const sc_kernel *sc_renderer_kernel(const sc_renderer *renderer)
 
 uint64_t sc_renderer_bytes(const sc_renderer *r)
 {
-    const size_t side = (size_t)r->settings.tile_px + 2;
-    const size_t threads = (size_t)r->settings.threads;
+    const size_t side = (size_t)r->settings.work.tile_px + 2;
+    const size_t threads = (size_t)r->settings.work.threads;
 
     return sizeof *r + (size_t)r->volume->label_count * (sizeof *r->tissues + sizeof *r->looks) +
            sc_fades_bytes(r) + sc_parts_bytes(r) + sc_gather_bytes(r->light.gather) +
            (size_t)SC_COVER_SIDE * SC_COVER_SIDE +
            threads * (sizeof *r->room.stats + sizeof *r->room.spans) +
-           (r->settings.lender ? 0 : threads * side * side * sizeof *r->room.pixels) +
+           (r->settings.work.lender ? 0 : threads * side * side * sizeof *r->room.pixels) +
            (r->room.blurred ? threads * side * side * sizeof *r->room.blurred : 0) +
-           (size_t)SC_LENS_BLOCK * SC_LENS_BLOCK * (size_t)r->settings.lens_samples *
+           (size_t)SC_LENS_BLOCK * SC_LENS_BLOCK * (size_t)r->settings.sampling.lens_samples *
                sizeof *r->room.lens_samples +
            sc_path_numbers_bytes(r) + sc_sky_bytes(&r->light.sky);
 }

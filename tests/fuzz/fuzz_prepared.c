@@ -89,15 +89,15 @@ static void draw(const sc_prepared *v, int how)
                                     SC_SKIP_OCTREE, SC_SKIP_PROXIMITY, SC_SKIP_CHESSBOARD};
     const sc_render_settings settings = {.width_px = WIDTH,
                                          .height_px = HEIGHT,
-                                         .samples = 1,
+                                         .sampling.samples = 1,
                                          .step_voxels = 0.5,
                                          .caps = true,
                                          .surface = how & 1 ? SC_SURFACE_VOXEL : SC_SURFACE_SMOOTH,
                                          .skip = skips[how / 2 % 6],
                                          .light = {.ambient = 0.3, .key = 0.6, .occlusion = 0.8},
                                          .local_thickness = v->thickness != NULL,
-                                         .tile_px = 8,
-                                         .threads = 1};
+                                         .work.tile_px = 8,
+                                         .work.threads = 1};
     const sc_tissue_rule rule = {.pattern = "*", .has_opacity = true, .opacity = 0.6};
     sc_animation a = {
         .frames = 8,

@@ -210,11 +210,11 @@ static void start(entry *e, prepared_set *p)
     sc_render_settings s = {
         .surface = voxel ? SC_SURFACE_VOXEL : SC_SURFACE_SMOOTH,
         .cpu = e->value[CPU],
-        .samples = atoi(e->value[SAMPLES]),
+        .sampling.samples = atoi(e->value[SAMPLES]),
         .step_voxels = 0.5,
         .caps = true,
-        .tile_px = 32,
-        .threads = atoi(e->value[THREADS]),
+        .work.tile_px = 32,
+        .work.threads = atoi(e->value[THREADS]),
     };
     const sc_vec3 *hull;
     size_t count;
@@ -228,7 +228,7 @@ static void start(entry *e, prepared_set *p)
         s.light.method = SC_LIGHT_FLAT;
     if (paths || gathers) {
         s.light = (sc_lighting){.method = paths ? SC_LIGHT_PATH : SC_LIGHT_GLOBAL, .ambient = 1};
-        s.lens_samples = paths ? 16 : 0;
+        s.sampling.lens_samples = paths ? 16 : 0;
     }
     set_tissues(p, peers, voxel);
     e->derive_cpu_s = process_cpu_s();

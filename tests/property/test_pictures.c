@@ -14,7 +14,7 @@ static sc_image front_picture(sc_volume volume)
     sc_scene scene;
     sc_image image;
 
-    s.settings.samples = 2;
+    s.settings.sampling.samples = 2;
     scene = front_view(&s);
     image = draw_view(&s, &scene, NULL);
     return image;
@@ -40,8 +40,8 @@ static void expect_over(sc_render_settings change, const uint8_t behind[3], int 
     image_difference d;
     size_t empty = 0, full = 0;
 
-    s.settings.samples = change.samples;
-    s.settings.everywhere = change.everywhere;
+    s.settings.sampling.samples = change.sampling.samples;
+    s.settings.sampling.everywhere = change.sampling.everywhere;
     s.settings.light.depth_cue = change.light.depth_cue;
     memcpy(s.settings.background, behind, 3);
     scene = front_view(&s);
@@ -73,12 +73,13 @@ TEST(transparent_pictures_fit_any_background)
     static const uint8_t colours[][3] = {{0, 0, 0}, {255, 0, 0}, {0, 255, 0}, {255, 255, 255}};
 
     for (size_t i = 0; i < SC_COUNT_OF(colours); i++) {
-        expect_over((sc_render_settings){.samples = 1}, colours[i], 16, 4);
-        expect_over((sc_render_settings){.samples = 5}, colours[i], 16, 4);
-        expect_over((sc_render_settings){.samples = 4, .everywhere = true}, colours[i], 16, 4);
+        expect_over((sc_render_settings){.sampling.samples = 1}, colours[i], 16, 4);
+        expect_over((sc_render_settings){.sampling.samples = 5}, colours[i], 16, 4);
+        expect_over((sc_render_settings){.sampling.samples = 4, .sampling.everywhere = true},
+                    colours[i], 16, 4);
         /* What fades has another colour in each channel, but one alpha. */
-        expect_over((sc_render_settings){.samples = 1, .light = {.depth_cue = 0.8}}, colours[i], 64,
-                    12);
+        expect_over((sc_render_settings){.sampling.samples = 1, .light = {.depth_cue = 0.8}},
+                    colours[i], 64, 12);
     }
 }
 
@@ -294,7 +295,7 @@ TEST(counts_of_pixels_add_up_to_the_frame)
     SC_OWN(sc_free_at) sc_march_counters *counts = NULL;
     void *block;
 
-    s.settings.samples = 1;
+    s.settings.sampling.samples = 1;
     assert_ok(sc_alloc(&quiet, pixels, sizeof *counts, &block));
     counts = block;
     for (int skip = SC_SKIP_NONE; skip <= SC_SKIP_LEAP; skip++) {
@@ -347,9 +348,9 @@ static void expect_same_by_all_ways(small_scene *s, const sc_scene *scene, const
 
         s->settings.skip = (sc_skip)(i / 2);
         s->settings.cpu = i % 2 ? "c" : "auto";
-        s->settings.tile_px = 8 + 11 * i;
-        s->settings.threads = 1 + i % 3;
-        s->settings.to_the_end = i % 5 == 0;
+        s->settings.work.tile_px = 8 + 11 * i;
+        s->settings.work.threads = 1 + i % 3;
+        s->settings.sampling.to_the_end = i % 5 == 0;
         other = draw_view(s, scene, NULL);
         expect_alike(first, &other, 0);
     }
@@ -406,8 +407,8 @@ TEST(moved_pictures_do_not_depend_on_the_way_they_are_drawn)
         expect_alike(&still, &first, 0);
         sc_image_clear(&first);
         move_apart(&s, &scene, 9, offsets_mm);
-        s.settings.everywhere = false;
-        s.settings.samples = 3;
+        s.settings.sampling.everywhere = false;
+        s.settings.sampling.samples = 3;
         s.settings.skip = SC_SKIP_NONE;
         first = draw_view(&s, &scene, NULL);
         assert_true(compare_images(&still, &first, &d));

@@ -57,14 +57,14 @@ static inline small_scene make_scene(sc_volume volume, double opacity)
             .height_px = 70,
             .surface = tested_surface,
             .skip = SC_SKIP_INTERIOR,
-            .samples = 1,
+            .sampling.samples = 1,
             .step_voxels = 0.5,
             .caps = true,
-            .everywhere = true,
+            .sampling.everywhere = true,
             .light = {.ambient = 0.36, .key = 0.62, .head = 0.22, .occlusion = 0.8, .edges = 0.5},
             .background = {255, 255, 255},
-            .tile_px = 32,
-            .threads = 1}};
+            .work.tile_px = 32,
+            .work.threads = 1}};
     const sc_tissue_rule rule = {.pattern = "*", .has_opacity = true, .opacity = opacity};
 
     sc_transfer_resolve(&s.prepared.view, &rule, 1, SC_OPACITY_PAPER, s.tissues);
@@ -132,8 +132,8 @@ static inline sc_image draw_by_all_kernels(const small_scene *scene_of, const sc
                 continue;
             s.settings.skip = skip;
             s.settings.cpu = sc_skip_is_wide(skip) ? sc_cpu_names[i] : NULL;
-            s.settings.threads = 1 + (int)skip % 3;
-            s.settings.tile_px = 8 + 13 * i;
+            s.settings.work.threads = 1 + (int)skip % 3;
+            s.settings.work.tile_px = 8 + 13 * i;
             image = draw_view(&s, scene, NULL);
             assert_memory_equal(image.rgb, first.rgb, sc_image_bytes(&image));
         }

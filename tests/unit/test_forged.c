@@ -134,13 +134,13 @@ static bool use(const forged *file, bool every_way)
                                     SC_SKIP_CHESSBOARD, SC_SKIP_INTERIOR, SC_SKIP_NONE};
     sc_render_settings settings = {.width_px = WIDTH,
                                    .height_px = HEIGHT,
-                                   .samples = 1,
+                                   .sampling.samples = 1,
                                    .step_voxels = 0.5,
                                    .caps = true,
                                    .light = {.ambient = 0.3, .key = 0.6, .occlusion = 0.8},
                                    .local_thickness = true,
-                                   .tile_px = 8,
-                                   .threads = 1};
+                                   .work.tile_px = 8,
+                                   .work.threads = 1};
     const sc_ctx *ctx = listening_anew();
     sc_scene scene = {0};
     sc_prepared v;
@@ -202,11 +202,11 @@ TEST(stored_and_derived_pictures_are_the_same)
             .skip = SC_SKIP_LEAP,
             .width_px = WIDTH,
             .height_px = HEIGHT,
-            .samples = 1,
+            .sampling.samples = 1,
             .step_voxels = 0.5,
             .light = {.ambient = 0.3, .key = 0.6, .occlusion = 0.8},
-            .tile_px = 8,
-            .threads = 1};
+            .work.tile_px = 8,
+            .work.threads = 1};
         forged file = prepared_file(wide);
         uint64_t derived_bytes[3], hashes[3];
         float *opacity;

@@ -52,9 +52,9 @@ static small_scene sky_scene_of(int side, int shape(double, double, double), boo
     const sc_vec3 eye = {middle, from_above ? middle : 300, from_above ? 300 : middle};
 
     s.settings.width_px = s.settings.height_px = SIDE;
-    s.settings.samples = 1;
+    s.settings.sampling.samples = 1;
     s.settings.light = (sc_lighting){.method = method, .ambient = 1};
-    s.settings.lens_samples = method == SC_LIGHT_PATH ? 64 : 0;
+    s.settings.sampling.lens_samples = method == SC_LIGHT_PATH ? 64 : 0;
     s.settings.skip = SC_SKIP_LEAP;
     for (int id = 1; id < 3; id++) {
         s.tissues[id].material.specular = 0;
@@ -631,7 +631,7 @@ TEST_OF_THREADS(all_kernels_show_the_same_light)
         if (!sc_cpu_has(sc_cpu_names[i]))
             continue;
         s.settings.cpu = sc_cpu_names[i];
-        s.settings.threads = 1 + i % 3;
+        s.settings.work.threads = 1 + i % 3;
         same = draw_view(&s, &scene, NULL);
         assert_memory_equal(same.rgb, floor.rgb, sc_image_bytes(&floor));
     }
@@ -748,7 +748,7 @@ TEST_OF_THREADS(all_kernels_follow_the_same_paths)
     SC_OWN(sc_image_clear) sc_image image = {0};
 
     s.settings.light.method = SC_LIGHT_PATH;
-    s.settings.lens_samples = 4;
+    s.settings.sampling.lens_samples = 4;
     s.settings.light.key = 0.5;
     s.settings.floor = true;
     s.tissues[2].opacity = 0.5;
@@ -787,7 +787,7 @@ TEST(paths_meet_tissues_that_have_moved)
             bar_x = i ? 52 : 20;
             s = sky_scene(bar, true, &scene);
             s.settings.light.key = 0.7;
-            s.settings.lens_samples = 16;
+            s.settings.sampling.lens_samples = 16;
             s.tissues[2].part = 1;
             scene.offsets_mm = i ? NULL : offsets;
             images[i] = draw_view(&s, &scene, NULL);
@@ -933,7 +933,7 @@ TEST(white_in_a_white_room_is_not_seen)
     int count = 0;
 
     s.settings.light.method = SC_LIGHT_PATH;
-    s.settings.lens_samples = 64;
+    s.settings.sampling.lens_samples = 64;
     paint_map(even_light);
     s.settings.environment = &map;
     for (int i = 0; i < 6; i++)
@@ -972,8 +972,8 @@ TEST_OF_THREADS(gathered_light_is_that_of_paths)
                                   (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, SIDE / 2.0);
     gathered = draw_view(&s, &scene, NULL);
     s.settings.light.method = SC_LIGHT_PATH;
-    s.settings.lens_samples = 256;
-    s.settings.threads = 2;
+    s.settings.sampling.lens_samples = 256;
+    s.settings.work.threads = 2;
     truth = draw_view(&s, &scene, NULL);
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
     for (int pixel = 0; pixel < SIDE * SIDE; pixel++) {

@@ -269,8 +269,8 @@ TEST(all_ways_to_draw_give_the_same_bits)
 
         s.settings.surface = n & 2 ? SC_SURFACE_VOXEL : SC_SURFACE_SMOOTH;
         s.settings.transparent = n & 1;
-        s.settings.everywhere = n & 1;
-        s.settings.samples = 3;
+        s.settings.sampling.everywhere = n & 1;
+        s.settings.sampling.samples = 3;
         s.settings.cap_outline = n & 4 ? 0.8 : 0;
         s.settings.light.depth_cue = n & 1 ? 0.4 : 0;
         s.settings.grey = &grey;

@@ -101,7 +101,7 @@ static bool meet_more_to_the_end(small_scene *s, const sc_scene *scene, sc_image
     sc_render_stats stats;
     sc_image image;
 
-    s->settings.to_the_end = true;
+    s->settings.sampling.to_the_end = true;
     s->settings.skip = SC_SKIP_INTERIOR;
     image = draw_view(s, scene, &stats);
     expect_same(expected, &image);
@@ -110,7 +110,7 @@ static bool meet_more_to_the_end(small_scene *s, const sc_scene *scene, sc_image
     assert_true(stats.counters.cell_visits >= fast->cell_visits);
     expect_all_variants_to_agree(s, scene, SC_SKIP_LEAP, expected, &stats.counters,
                                  stats.counters.cell_visits);
-    s->settings.to_the_end = false;
+    s->settings.sampling.to_the_end = false;
     return stats.counters.contributions > fast->contributions;
 }
 
@@ -136,8 +136,8 @@ TEST(all_skip_methods_and_variants_give_the_same_bits)
         s.settings.cap_outline = n % 9 ? 0 : 0.7;
         s.settings.light.shadows = n % 5 == 1;
         s.settings.light.depth_cue = n % 5 == 2 ? 0.5 : 0;
-        s.settings.everywhere = n % 3 != 0;
-        s.settings.samples = 1 + n % 4;
+        s.settings.sampling.everywhere = n % 3 != 0;
+        s.settings.sampling.samples = 1 + n % 4;
         s.settings.step_voxels = n % 3 ? 0.5 : 0.83;
         s.settings.caps = n % 8 != 0;
         for (int id = 1; id < 6; id++) {
@@ -252,8 +252,8 @@ TEST(the_counted_work_of_known_frames_does_not_change)
 
         s->settings.surface = way % 4 ? SC_SURFACE_SMOOTH : SC_SURFACE_VOXEL;
         s->settings.skip = skips[way / 4];
-        s->settings.everywhere = way % 4 < 2;
-        s->settings.samples = way % 4 < 2 ? 1 : 4;
+        s->settings.sampling.everywhere = way % 4 < 2;
+        s->settings.sampling.samples = way % 4 < 2 ? 1 : 4;
         image = draw_view(s, &scene, &stats);
         found[0] = stats.counters.rays;
         found[1] = stats.counters.cell_visits;

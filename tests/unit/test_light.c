@@ -165,11 +165,11 @@ TEST(more_rays_on_edges_alone_are_nearly_as_good_as_everywhere)
 
     s.settings.width_px = 360;
     s.settings.height_px = 280;
-    s.settings.samples = 8;
+    s.settings.sampling.samples = 8;
     a = draw_view(&s, &scene, &full);
-    s.settings.everywhere = false;
+    s.settings.sampling.everywhere = false;
     b = draw_view(&s, &scene, &adaptive);
-    s.settings.samples = 1;
+    s.settings.sampling.samples = 1;
     c = draw_view(&s, &scene, &single);
     assert_true(compare_images(&a, &b, &close) && compare_images(&a, &c, &far));
     assert_true(close.rms < far.rms / 4);
@@ -203,11 +203,11 @@ TEST(edges_have_even_shades_from_rays_that_are_marched_once)
                                   SC_ORTHOGRAPHIC, 12);
     scene.planes[0].normal = sc_vec3_unit((sc_vec3){0.2371, 0, -1});
     scene.planes[0].offset_mm = -sc_vec3_dot(scene.planes[0].normal, (sc_vec3){20, 20, 20.1});
-    s.settings.samples = 5;
+    s.settings.sampling.samples = 5;
     a = draw_view(&s, &scene, &full);
-    s.settings.everywhere = false;
+    s.settings.sampling.everywhere = false;
     b = draw_view(&s, &scene, &adaptive);
-    s.settings.samples = 1;
+    s.settings.sampling.samples = 1;
     for (int i = 0; i < 81 * 81; i++) {
         const int level = a.rgb[3 * i], k = (level + 25) / 51;
 
@@ -447,7 +447,7 @@ TEST(half_opaque_tissues_are_not_washed_out)
         SC_OWN(sc_image_clear) sc_image image = {0};
 
         s.settings.skip = n & 1 ? SC_SKIP_LEAP : SC_SKIP_NONE;
-        s.settings.samples = n & 2 ? 4 : 1;
+        s.settings.sampling.samples = n & 2 ? 4 : 1;
         image = draw_view(&s, &scene, NULL);
         assert_true(abs(pixel(&image, 20, 10)[0] - 71) <= 1);
     }

@@ -16,10 +16,10 @@ static small_scene black_scene(int (*shape)(double, double, double))
     small_scene s = make_scene(cube_volume(SIDE, 2, shape), 1);
 
     s.settings.width_px = s.settings.height_px = PX;
-    s.settings.everywhere = false;
+    s.settings.sampling.everywhere = false;
     s.settings.skip = SC_SKIP_LEAP;
-    s.settings.samples = 5;
-    s.settings.lens_samples = 128;
+    s.settings.sampling.samples = 5;
+    s.settings.sampling.lens_samples = 128;
     s.settings.light = (sc_lighting){.method = SC_LIGHT_FLAT, .ambient = 1};
     s.tissues[1].material = (sc_material){0, 0, 1};
     for (int i = 0; i < 3; i++)
@@ -111,8 +111,8 @@ TEST(depth_of_field_has_the_same_bits_however_it_is_drawn)
     sc_scene scene = front_view(&s);
     sc_image image;
 
-    s.settings.everywhere = false;
-    s.settings.lens_samples = 32;
+    s.settings.sampling.everywhere = false;
+    s.settings.sampling.lens_samples = 32;
     scene.camera.aperture_mm = 20;
     scene.camera.focus_mm = sc_vec3_length(scene.camera.position_mm);
     image = draw_by_all_kernels(&s, &scene);
@@ -136,8 +136,8 @@ TEST(blur_is_smooth)
     scene.camera.aperture_mm = 16;
     scene.camera.focus_mm = 70;
     few = draw_view(&s, &scene, NULL);
-    s.settings.lens_samples = 512;
-    s.settings.everywhere = true;
+    s.settings.sampling.lens_samples = 512;
+    s.settings.sampling.everywhere = true;
     many = draw_view(&s, &scene, NULL);
     assert_true(compare_images(&few, &many, &d));
     if (d.rms > 2.6 || d.largest > 14)
@@ -247,7 +247,7 @@ TEST(light_falls_off_along_a_tube)
     s.settings.light = (sc_lighting){.method = SC_LIGHT_PLAIN, .head = head};
     s.settings.height_px = ROWS;
     s.settings.background[0] = s.settings.background[1] = s.settings.background[2] = 0;
-    s.settings.lens_samples = 0;
+    s.settings.sampling.lens_samples = 0;
     s.tissues[1].material = (sc_material){1, 0, 1};
     for (int i = 0; i < 3; i++)
         s.tissues[1].rgb_linear[i] = 1;
@@ -339,8 +339,8 @@ TEST(an_edge_that_moves_is_blurred_by_how_far_it_moves)
     SC_OWN(free_scene) small_scene s = black_scene(block);
 
     s.settings.caps = false;
-    s.settings.everywhere = true;
-    s.settings.lens_samples = 0;
+    s.settings.sampling.everywhere = true;
+    s.settings.sampling.lens_samples = 0;
     for (size_t i = 0; i < SC_COUNT_OF(shutters); i++) {
         const sc_animation still = sweep_of(4, 0), open = sweep_of(4, shutters[i]);
         int moments;
@@ -374,7 +374,7 @@ TEST(a_frame_at_rest_is_drawn_once)
     sc_animation a = sweep_of(0, 1);
     int moments;
 
-    s.settings.lens_samples = 0;
+    s.settings.sampling.lens_samples = 0;
     sc_image_clear(&(sc_image){.rgb = draw_open(&s, &a, &moments).rgb});
     assert_int_equal(moments, 1);
     a.camera.fixed = false;

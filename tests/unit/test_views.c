@@ -203,8 +203,8 @@ TEST(a_frame_that_is_given_up_is_not_measured)
     sc_renderer *r;
     SC_OWN(sc_image_clear) sc_image image = blank_image(s.settings.width_px, s.settings.height_px);
 
-    s.settings.threads = 1;
-    s.settings.give_up = &give_up;
+    s.settings.work.threads = 1;
+    s.settings.work.give_up = &give_up;
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
     sc_render_view(r, &scene, NULL, NULL, NULL, &image, &stats);
     sc_renderer_spans(r, &span);
