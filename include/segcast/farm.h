@@ -65,6 +65,13 @@ typedef struct sc_work {
     sc_partition partition;
 } sc_work;
 
+/** Gathered GOPs of which an encoder each has one at a time. */
+typedef struct sc_gop_group {
+    int first, gops; /**< its first GOP (from 0) and number of GOPs */
+    int begun;       /**< index of its first frame */
+    bool is_odd;     /**< it is the first, third, fifth and so on */
+} sc_gop_group;
+
 /** State of the hand-out. Frames go out in order. Rank 0 accepts them in order, so it has to hold
  *  those that are finished too early; that memory is bounded by the window: only the first
  *  `window` frames that are not yet accepted may be out or waiting. GOPs do not count, because they
@@ -75,7 +82,7 @@ typedef struct sc_work {
  * pace, and end soon after the last frame. They take frames in order, too, with a window of their
  * own. */
 typedef struct sc_handout {
-    int gops, frames, height_px;
+    sc_work work;
     int window;     /**< size of the window in frames */
     int split_from; /**< frames from this index on go out in bands */
     int band_rows;  /**< height of all bands but a frame's last one, which may be lower */
@@ -84,11 +91,8 @@ typedef struct sc_handout {
     int out;      /**< work units handed out and not yet back */
     bool stopped; /**< the caller sets it to end: no more GOPs and frames are begun */
     /* gathered GOPs */
-    int ranks, gathered, gop_frames, encoders_most; /**< as in sc_work */
     int encoders; /**< wanted for the next group; the caller may change it as it learns of costs */
-    int group_first, group_gops; /**< the group: its first GOP (from 0) and number of GOPs */
-    int group_begun;             /**< index of its first frame */
-    bool group_is_odd;           /**< the group is the first, third, fifth and so on */
+    sc_gop_group group; /**< the one that is handed out */
     /** The largest window of gathered frames, and the smallest, if there are few encoders. */
     int gather_window, gather_window_least;
     int gather_split_from;                /**< gathered frames from this index on go out in bands */

@@ -8,7 +8,7 @@ sc_status sc_encoders_open(const sc_ctx *ctx, sc_comm *comm, const sc_handout *h
 {
     *out = (sc_encoders){.comm = comm};
     SC_PASS(SC_ZALLOC(ctx, (size_t)handout->gather_window, &out->taken));
-    return SC_ZALLOC(ctx, (size_t)handout->ranks, &out->parts);
+    return SC_ZALLOC(ctx, (size_t)handout->work.ranks, &out->parts);
 }
 
 void sc_encoders_clear(sc_encoders *encoders)
@@ -39,7 +39,7 @@ bool sc_encoders_have_yielded(sc_encoders *encoders, const sc_handout *handout)
 {
     if (!sc_handout_finished(handout))
         return false;
-    for (int rank = 1; !encoders->told && rank < handout->ranks; rank++) {
+    for (int rank = 1; !encoders->told && rank < handout->work.ranks; rank++) {
         if (encoders->parts[rank] == 0)
             continue;
         sc_comm_post(encoders->comm, rank, SC_TAG_YIELD, &encoders->parts[rank],

@@ -92,16 +92,10 @@ sc_handout sc_handout_begin(const sc_work *work)
     const long bands = (long)BANDS_PER_RANK * work->ranks / together;
     const long rows = work->height_px / (bands > 0 ? bands : 1);
 
-    return (sc_handout){.gops = work->gops,
-                        .frames = work->frames,
-                        .height_px = work->height_px,
+    return (sc_handout){.work = *work,
                         .window = window_for(work, work->frames, WINDOW_MOST_MIB),
                         .split_from = min_int(from, work->frames),
                         .band_rows = max_int((int)(rows / BAND_ROWS * BAND_ROWS), BAND_ROWS),
-                        .ranks = work->ranks,
-                        .gathered = work->gathered,
-                        .gop_frames = work->gop_frames,
-                        .encoders_most = work->encoders_most,
                         .encoders = sc_handout_encoders(work->ranks, 0, 0),
                         .gather_window = window_for(work, gathered, GATHER_MOST_MIB),
                         .gather_window_least = window_for(work, gathered, WINDOW_MOST_MIB),
@@ -111,35 +105,35 @@ sc_handout sc_handout_begin(const sc_work *work)
 /* @return whether no frame of a gathered GOP is left to be begun. */
 static bool has_gathered_all(const sc_handout *h)
 {
-    return h->next_gathered == h->gathered * h->gop_frames;
+    return h->next_gathered == h->work.gathered * h->work.gop_frames;
 }
 
 /* @return whether no GOP or frame is left to be begun, and no frame is handed out in part only. */
 static bool has_begun_all(const sc_handout *h)
 {
     return h->next_row == 0 && h->next_gathered_row == 0 &&
-           (h->stopped ||
-            (h->next_gop == h->gops && h->next_frame == h->frames && has_gathered_all(h)));
+           (h->stopped || (h->next_gop == h->work.gops && h->next_frame == h->work.frames &&
+                           has_gathered_all(h)));
 }
 
 /* @return whether a frame for rank 0, or the next band of one, may go out. */
 static bool may_hand_frame(const sc_handout *h)
 {
-    return h->next_row > 0 ||
-           (!h->stopped && h->next_frame < h->frames && h->next_frame < h->accepted + h->window);
+    return h->next_row > 0 || (!h->stopped && h->next_frame < h->work.frames &&
+                               h->next_frame < h->accepted + h->window);
 }
 
 /* @return the index of the frame with which the next group of gathered GOPs begins. */
 static int group_end(const sc_handout *h)
 {
-    return h->group_begun + h->group_gops * h->gop_frames;
+    return h->group.begun + h->group.gops * h->work.gop_frames;
 }
 
 /* @return the size of the window of gathered GOPs for the present group: as many frames as one rank
  * could hold, or, if that is more, a GOP for each encoder. */
 static int gather_window(const sc_handout *h)
 {
-    const int gops = h->group_gops * h->gop_frames;
+    const int gops = h->group.gops * h->work.gop_frames;
 
     return max_int(min_int(gops, h->gather_window), h->gather_window_least);
 }
@@ -151,22 +145,22 @@ static bool may_gather(const sc_handout *h)
     if (h->next_gathered_row > 0)
         return true;
     return !h->stopped && !has_gathered_all(h) && h->next_gathered < h->taken + gather_window(h) &&
-           (h->next_gathered < group_end(h) || h->taken >= h->group_begun + h->group_gops);
+           (h->next_gathered < group_end(h) || h->taken >= h->group.begun + h->group.gops);
 }
 
 /* Hand out the frame *next, or, if it is split, its next band, from *row on, of @p band_rows rows.
  */
 static sc_work_unit cut(const sc_handout *h, int split_from, int band_rows, int *next, int *row)
 {
-    sc_work_unit unit = {SC_UNIT_FRAME, *next, 0, h->height_px, 0, 0, 0};
+    sc_work_unit unit = {SC_UNIT_FRAME, *next, 0, h->work.height_px, 0, 0, 0};
 
     if (*next >= split_from) {
         unit.kind = SC_UNIT_BAND;
         unit.row = *row;
-        unit.rows = min_int(band_rows, h->height_px - *row);
+        unit.rows = min_int(band_rows, h->work.height_px - *row);
     }
     *row += unit.rows;
-    if (*row == h->height_px) {
+    if (*row == h->work.height_px) {
         *row = 0;
         ++*next;
     }
@@ -177,15 +171,14 @@ static sc_work_unit cut(const sc_handout *h, int split_from, int band_rows, int 
  * that the groups to come have about as many. */
 static void begin_group(sc_handout *h)
 {
-    const int first = h->group_first + h->group_gops, left = h->gathered - first;
-    const int wanted = h->encoders_most > 0 ? min_int(h->encoders, h->encoders_most) : h->encoders;
-    const int most = max_int(min_int(min_int(wanted, left), h->ranks - 1), 1);
+    const int first = h->group.first + h->group.gops, left = h->work.gathered - first;
+    const int wanted =
+        h->work.encoders_most > 0 ? min_int(h->encoders, h->work.encoders_most) : h->encoders;
+    const int most = max_int(min_int(min_int(wanted, left), h->work.ranks - 1), 1);
     const int groups = (left + most - 1) / most;
 
-    h->group_first = first;
-    h->group_gops = (left + groups - 1) / groups;
-    h->group_begun = h->next_gathered;
-    h->group_is_odd = !h->group_is_odd;
+    h->group =
+        (sc_gop_group){first, (left + groups - 1) / groups, h->next_gathered, !h->group.is_odd};
 }
 
 /* @return the rank that encodes GOP number @p i of the group. They are spread over all ranks but
@@ -193,9 +186,9 @@ static void begin_group(sc_handout *h)
  * the group before are still busy when it begins. */
 static int encoder_of(const sc_handout *h, int i)
 {
-    const long ranks = h->ranks - 1, shift = h->group_is_odd ? 0 : ranks / (2 * h->group_gops);
+    const long ranks = h->work.ranks - 1, shift = h->group.is_odd ? 0 : ranks / (2 * h->group.gops);
 
-    return 1 + (int)((i * ranks / h->group_gops + shift) % ranks);
+    return 1 + (int)((i * ranks / h->group.gops + shift) % ranks);
 }
 
 /* @return the height of the next band of a gathered GOP. As long as much is left for each rank,
@@ -203,12 +196,14 @@ static int encoder_of(const sc_handout *h, int i)
  * that a window could not hold the frames that are drawn at the same time. */
 static int gather_band_rows(const sc_handout *h)
 {
-    const long left = (long)(h->gathered * h->gop_frames - h->next_gathered) * h->height_px;
-    const long fair = left / (BANDS_LEFT * (long)h->ranks);
-    const long most = (long)gather_window(h) * h->height_px / (WINDOW_SHARE * (long)h->ranks);
+    const long left =
+        (long)(h->work.gathered * h->work.gop_frames - h->next_gathered) * h->work.height_px;
+    const long fair = left / (BANDS_LEFT * (long)h->work.ranks);
+    const long most =
+        (long)gather_window(h) * h->work.height_px / (WINDOW_SHARE * (long)h->work.ranks);
     const int rows = (int)(fair < most ? fair : most) / BAND_ROWS * BAND_ROWS;
 
-    if (h->band_rows == BAND_ROWS && left < (long)THIN_LEFT * BAND_ROWS * h->ranks)
+    if (h->band_rows == BAND_ROWS && left < (long)THIN_LEFT * BAND_ROWS * h->work.ranks)
         return BAND_ROWS / 2;
     return max_int(rows, h->band_rows);
 }
@@ -221,12 +216,12 @@ static sc_work_unit gather(sc_handout *h)
 
     if (h->next_gathered_row == 0 && h->next_gathered == group_end(h))
         begin_group(h);
-    at = h->next_gathered - h->group_begun;
+    at = h->next_gathered - h->group.begun;
     unit =
         cut(h, h->gather_split_from, gather_band_rows(h), &h->next_gathered, &h->next_gathered_row);
-    unit.encoder = encoder_of(h, at % h->group_gops);
-    unit.gop = h->group_first + at % h->group_gops;
-    unit.place = at / h->group_gops;
+    unit.encoder = encoder_of(h, at % h->group.gops);
+    unit.gop = h->group.first + at % h->group.gops;
+    unit.place = at / h->group.gops;
     return unit;
 }
 
@@ -234,7 +229,7 @@ sc_handout_answer sc_handout_next(sc_handout *h, sc_work_unit *out)
 {
     if (has_begun_all(h))
         return SC_HANDOUT_END;
-    if (h->next_row == 0 && h->next_gop < h->gops && !h->stopped)
+    if (h->next_row == 0 && h->next_gop < h->work.gops && !h->stopped)
         *out = (sc_work_unit){.kind = SC_UNIT_GOP, .index = h->next_gop++};
     else if (may_hand_frame(h))
         *out = cut(h, h->split_from, h->band_rows, &h->next_frame, &h->next_row);
@@ -248,7 +243,7 @@ sc_handout_answer sc_handout_next(sc_handout *h, sc_work_unit *out)
 
 bool sc_handout_gathers_next(const sc_handout *h)
 {
-    return (h->next_row > 0 || h->next_gop == h->gops || h->stopped) && !may_hand_frame(h);
+    return (h->next_row > 0 || h->next_gop == h->work.gops || h->stopped) && !may_hand_frame(h);
 }
 
 void sc_handout_unit_done(sc_handout *handout)

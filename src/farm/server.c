@@ -506,7 +506,7 @@ static void hand_out(server *s)
     sc_work_unit unit;
 
     s->handout.encoders = sc_handout_encoders(
-        s->handout.ranks, e->rows > 0 ? e->draw_s / e->rows * s->farm->height_px : 0,
+        s->handout.work.ranks, e->rows > 0 ? e->draw_s / e->rows * s->farm->height_px : 0,
         e->frames > 0 ? e->encode_s / e->frames : 0);
     while (served < s->ready_count && next_unit(s, &unit) == SC_HANDOUT_UNIT)
         answer(s, s->ready[served++], &unit);

@@ -12,8 +12,8 @@ void sc_sim_note_gathered(sim_farm *f, const sc_work_unit *unit)
     f->gathered[unit->index] = (sim_gathered){.rows_left = f->film->height_px,
                                               .next = -1,
                                               .ends_gop = unit->place + 1 == f->film->gop_frames};
-    if (f->handout.group_gops > f->out->encoders)
-        f->out->encoders = f->handout.group_gops;
+    if (f->handout.group.gops > f->out->encoders)
+        f->out->encoders = f->handout.group.gops;
     if (r->first < 0)
         r->first = unit->index;
     else

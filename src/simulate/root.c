@@ -43,7 +43,7 @@ void sc_sim_arrive(sim_farm *f, const sim_event *e)
 /* Let the accepting thread begin the next frame, if it has none, and the frame is full. */
 static void accept_next(sim_farm *f)
 {
-    if (f->ranks[0].encoding.busy || f->next_to_accept == f->handout.frames ||
+    if (f->ranks[0].encoding.busy || f->next_to_accept == f->handout.work.frames ||
         f->rows_left[f->next_to_accept] > 0)
         return;
     f->next_to_accept++;

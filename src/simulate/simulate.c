@@ -66,11 +66,11 @@ static sc_status run(const sc_ctx *ctx, sim_farm *f)
     }
     if (f->events.status != SC_OK)
         return f->events.status;
-    if (!sc_handout_finished(&f->handout) || f->handout.accepted != f->handout.frames ||
+    if (!sc_handout_finished(&f->handout) || f->handout.accepted != f->handout.work.frames ||
         f->gops_left > 0)
         return sc_fail(ctx, SC_ERR_INTERNAL,
                        "the simulation ended with %d of %d frames, and %d GOPs were not gathered",
-                       f->handout.accepted, f->handout.frames, f->gops_left);
+                       f->handout.accepted, f->handout.work.frames, f->gops_left);
     f->out->farm_s = end_s;
     for (int rank = 0; rank < f->machine->ranks; rank++)
         f->out->end_wait_s += end_s - f->ranks[rank].idle_since_s;

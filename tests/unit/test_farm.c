@@ -175,7 +175,7 @@ TEST(groups_are_no_larger_than_allowed)
 
     while (sc_handout_next(&h, &unit) == SC_HANDOUT_UNIT) {
         h.encoders = 8;
-        most = h.group_gops > most ? h.group_gops : most;
+        most = h.group.gops > most ? h.group.gops : most;
         h.taken = h.next_gathered;
     }
     assert_int_equal(h.next_gathered, 24);
