@@ -229,6 +229,24 @@ enum { SC_VERBS_MAX = 100 };
 /** The most points that a verb fly names. */
 enum { SC_THROUGH_MAX = 64 };
 
+/** A direction and a point that a verb may have. */
+typedef struct sc_verb_line {
+    bool has_axis, has_point; /**< the job gives them */
+    sc_vec3 axis, point_mm;   /**< RAS; axis of unit length */
+} sc_verb_line;
+
+/** The way of a fly, and how the camera looks on it. */
+typedef struct sc_fly {
+    sc_vec3 through[SC_THROUGH_MAX]; /**< [through_count] points, RAS mm: of the curve or, with
+                                        tissues, of the centre line of these */
+    int through_count;
+    bool has_tissues; /**< the way leads through tissues, not along points alone */
+    bool middles;     /**< from the middle of a tissue to that of the next */
+    double clearance; /**< sc_centerline_request.clearance */
+    double ahead;     /**< 0 to 1: how far ahead the camera looks, as a share of its way */
+    double fov_deg;   /**< vertical field of view */
+} sc_fly;
+
 /** A verb as the job asks for it; its tissues are listed apart from it. */
 typedef struct sc_verb {
     sc_verb_kind kind;
@@ -246,24 +264,15 @@ typedef struct sc_verb {
                                         the plane turns (angle_deg); rock: how far the camera
                                         swings to each side, up and down */
     int plane;                       /**< turn: the number of the clip plane, from 1 */
-    /** turn: the job gives the direction of the line; explode: that along which tissues move. And:
-     * a point of the line; the point from which tissues move. */
-    bool has_axis, has_point;
-    bool together;          /**< explode: the tissues move as one */
-    bool has_tissues;       /**< fly: the way leads through tissues, not along points alone */
-    sc_vec3 axis, point_mm; /**< those, RAS; axis of unit length */
+    bool together;                   /**< explode: the tissues move as one */
+    sc_verb_line line;    /**< turn: about which the plane turns; explode: of whose direction only
+                               one is used, along which, or the point from which, tissues move */
     sc_plane_position by; /**< explode: how far, in mm, or in percent of the distance of a tissue's
                                middle from that point */
     double soft; /**< hold, 0 to 0.5: share of the time in which the camera comes to rest, and in
                       which it starts again */
-    sc_vec3 through[SC_THROUGH_MAX]; /**< fly: [through_count] points, RAS mm: of the curve or, with
-                                        tissues, of the centre line of these */
-    int through_count;
-    double ahead;     /**< fly, 0 to 1: how far ahead the camera looks, as a share of its way */
-    double fov_deg;   /**< fly: vertical field of view */
-    double clearance; /**< fly: sc_centerline_request.clearance */
-    bool middles;     /**< fly: from the middle of a tissue to that of the next */
-    char where[160];  /**< "file:line" for messages; may be empty */
+    sc_fly fly;
+    char where[160]; /**< "file:line" for messages; may be empty */
 } sc_verb;
 
 /** A place on the way of a camera that flies, and how it looks from there. */

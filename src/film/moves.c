@@ -91,7 +91,7 @@ static size_t flown_points(const sc_verb *fly, const sc_centerline *line)
 {
     const double kept = 2 * line->points[line->count - 1].radius_mm / line->length_mm;
 
-    if (fly->middles || (fly->through_count > 1 && !line->ends_at_wall))
+    if (fly->fly.middles || (fly->fly.through_count > 1 && !line->ends_at_wall))
         return line->count;
     return line->count - (size_t)(fmin(kept, 0.5) * (double)(line->count - 1));
 }
@@ -107,11 +107,11 @@ static sc_status find_line(const sc_app *app, const sc_panel *panel, size_t v,
     const sc_verb *fly = &job->verbs.list[v];
     const size_t pattern_count = find_patterns(job, v, patterns);
     const sc_line_wish wish = {
-        patterns,       pattern_count, fly->through, (size_t)fly->through_count,
-        fly->clearance, fly->where,    fly->middles};
+        patterns,           pattern_count, fly->fly.through, (size_t)fly->fly.through_count,
+        fly->fly.clearance, fly->where,    fly->fly.middles};
     /* without voxels any line stands for the one through the tissues */
     const bool unknown = pattern_count && app->options.check.fast;
-    size_t room = (size_t)fly->through_count * SC_WAY_STEPS + 1;
+    size_t room = (size_t)fly->fly.through_count * SC_WAY_STEPS + 1;
     SC_OWN(sc_centerline_clear) sc_centerline line = {0};
     sc_volume volume;
 
@@ -129,7 +129,7 @@ static sc_status find_line(const sc_app *app, const sc_panel *panel, size_t v,
     }
     *count = unknown         ? 1
              : pattern_count ? flown_points(fly, &line)
-                             : sc_way_curve(fly->through, fly->through_count, *points);
+                             : sc_way_curve(fly->fly.through, fly->fly.through_count, *points);
     if (unknown)
         sc_info(app->ctx, "%s: the way through the tissues is not looked for (--fast)", fly->where);
     return SC_OK;

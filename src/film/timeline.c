@@ -27,7 +27,7 @@ static sc_status share_ways(sc_app *app, sc_panel *panel)
         if (move->verb.kind != SC_VERB_FLY)
             continue;
         if (first)
-            sc_way_make(move->points, move->around_mm, move->point_count, move->verb.ahead,
+            sc_way_make(move->points, move->around_mm, move->point_count, move->verb.fly.ahead,
                         all + ways * SC_WAY_POINTS);
         move->points = NULL;
         move->around_mm = NULL;

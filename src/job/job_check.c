@@ -234,7 +234,7 @@ static sc_status check_fly(const sc_ctx *ctx, const sc_job *job, size_t index)
 
     for (size_t i = 0; i < job->verbs.tissue_count; i++)
         tissues += job->verbs.tissues[i].of == (int)index;
-    if (fly->middles && tissues < 2)
+    if (fly->fly.middles && tissues < 2)
         return fail_verb(ctx, fly,
                          "fly: from middle to middle there have to be two tissues or more; "
                          "expected for example fly: [left atrium, left ventricle]");
@@ -243,7 +243,7 @@ static sc_status check_fly(const sc_ctx *ctx, const sc_job *job, size_t index)
                          "fly: it overlaps with another fly; expected one that begins when the "
                          "other has ended");
     warn_of_flight(ctx, job, fly);
-    if (fly->has_tissues || fly->through_count > 1)
+    if (fly->fly.has_tissues || fly->fly.through_count > 1)
         return SC_OK;
     return fail_verb(ctx, fly, "fly: it has no way; expected tissues, or two points or more");
 }
@@ -279,9 +279,9 @@ static sc_status check_turn(const sc_ctx *ctx, const sc_job *job, size_t index)
     for (size_t i = 0; i < job->verbs.count; i++)
         turned = turned || (i != index && job->verbs.list[i].kind == SC_VERB_TURN &&
                             job->verbs.list[i].plane == turn->plane);
-    if (!turned && turn->has_axis &&
-        sc_vec3_length(sc_vec3_cross(turn->axis, job->animation.sweeps[turn->plane - 1].normal)) <
-            1e-6)
+    if (!turned && turn->line.has_axis &&
+        sc_vec3_length(
+            sc_vec3_cross(turn->line.axis, job->animation.sweeps[turn->plane - 1].normal)) < 1e-6)
         return fail_verb(ctx, turn,
                          "turn: the axis is the normal of the plane, so that turning changes "
                          "nothing; expected another one");

@@ -63,13 +63,14 @@ static sc_status add_shift(const sc_ctx *ctx, resolving *r, const sc_change *shi
 /* @return how far a verb moves what has its middle at @p middle_mm. */
 static sc_vec3 way_of(const resolving *r, const sc_verb *verb, sc_vec3 middle_mm)
 {
-    const sc_vec3 center = verb->has_point ? verb->point_mm : r->middle_mm;
+    const sc_vec3 center = verb->line.has_point ? verb->line.point_mm : r->middle_mm;
     const sc_vec3 apart = sc_vec3_sub(middle_mm, center);
     const double share = verb->by.value / 100;
 
-    if (verb->has_axis)
-        return sc_vec3_scale(verb->axis, verb->by.percent ? share * sc_vec3_dot(apart, verb->axis)
-                                                          : verb->by.value);
+    if (verb->line.has_axis)
+        return sc_vec3_scale(verb->line.axis, verb->by.percent
+                                                  ? share * sc_vec3_dot(apart, verb->line.axis)
+                                                  : verb->by.value);
     if (verb->by.percent)
         return sc_vec3_scale(apart, share);
     if (sc_vec3_length(apart) < NO_DIRECTION_MM)

@@ -102,7 +102,7 @@ static void place_camera(const sc_vec3 *points, size_t point_count, double aspec
         if (t->moves[i].verb.kind == SC_VERB_FRAME)
             place_frame(t, aspect, i, &t->moves[i]);
         if (t->moves[i].verb.kind == SC_VERB_FLY)
-            t->moves[i].half_height = tan(t->moves[i].verb.fov_deg * M_PI / 360);
+            t->moves[i].half_height = tan(t->moves[i].verb.fly.fov_deg * M_PI / 360);
     }
 }
 

@@ -23,9 +23,9 @@ static sc_plane turn(const sc_timeline *t, const sc_verb *verb, double at, sc_pl
     const int index = verb->plane - 1;
     /* The axis must not change on the way: it follows from the plane as the job gives it. */
     const sc_vec3 axis =
-        verb->has_axis ? verb->axis : default_axis(t, t->animation.sweeps[index].normal);
+        verb->line.has_axis ? verb->line.axis : default_axis(t, t->animation.sweeps[index].normal);
     const sc_vec3 middle = sc_vec3_scale(sc_vec3_add(t->low_mm, t->high_mm), 0.5);
-    const sc_vec3 point = verb->has_point ? verb->point_mm : middle;
+    const sc_vec3 point = verb->line.has_point ? verb->line.point_mm : middle;
     const double side_mm = sc_vec3_dot(plane.normal, point) + plane.offset_mm;
 
     if (share <= 0)

@@ -250,17 +250,17 @@ TEST(a_plane_turns_about_its_line)
                                   .end = 0.5,
                                   .plane = 2,
                                   .angle_deg = 90,
-                                  .has_axis = true,
-                                  .axis = {0, 0, 1}}},
+                                  .line.has_axis = true,
+                                  .line.axis = {0, 0, 1}}},
                         {.verb = {.kind = SC_VERB_TURN,
                                   .begin = 0.5,
                                   .end = 1,
                                   .plane = 2,
                                   .angle_deg = -90,
-                                  .has_axis = true,
-                                  .axis = {0, 0, 1},
-                                  .has_point = true,
-                                  .point_mm = line_mm}}};
+                                  .line.has_axis = true,
+                                  .line.axis = {0, 0, 1},
+                                  .line.has_point = true,
+                                  .line.point_mm = line_mm}}};
     sc_timeline t;
     sc_plane plane;
 
@@ -280,7 +280,8 @@ TEST(a_plane_turns_about_its_line)
         assert_near(sc_vec3_dot(plane.normal, line_mm) + plane.offset_mm, -15, 1e-12);
         assert_near(sc_timeline_scene(&t, k, NULL).planes[0].normal.y, -1, 0); /* the other stays */
     }
-    moves[0].verb.has_axis = moves[1].verb.has_axis = false; /* upwards, unless it is across */
+    moves[0].verb.line.has_axis = moves[1].verb.line.has_axis =
+        false; /* upwards, unless it is across */
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
     assert_near(sc_timeline_scene(&t, 5, NULL).planes[1].normal.x, 1, 1e-12);
     a.sweeps[1].normal = (sc_vec3){0, 0, 1};
@@ -721,7 +722,7 @@ TEST(a_camera_flies_evenly_and_without_flips)
         assert_true(sc_vec3_dot(way[i].forward, way[i - 1].forward) > 0.999);
     }
     assert_true(most < 1.01 * least);
-    fly.verb.fov_deg = 90;
+    fly.verb.fly.fov_deg = 90;
     a.moves = &fly;
     a.move_count = 1;
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
@@ -759,7 +760,7 @@ TEST(the_space_around_a_flight_changes_smoothly)
         around_mm[i] = i < POINTS / 2 ? 5 : 15;
     }
     sc_way_make(line, around_mm, POINTS, 0.1, way);
-    fly.verb.fov_deg = 90;
+    fly.verb.fly.fov_deg = 90;
     a.moves = &fly;
     a.move_count = 1;
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
@@ -1103,15 +1104,15 @@ TEST(tissues_move_apart_and_come_together)
                               .end = 0.6,
                               .by = {7, false},
                               .together = true,
-                              .has_point = true,
-                              .point_mm = {18, -5, 0}},
+                              .line.has_point = true,
+                              .line.point_mm = {18, -5, 0}},
                              {.kind = SC_VERB_EXPLODE, .begin = 0.8, .end = 1, .by = {-50, true}},
                              {.kind = SC_VERB_EXPLODE,
                               .begin = 0.8,
                               .end = 1,
                               .by = {3, false},
-                              .has_axis = true,
-                              .axis = {0, 0, 1}}};
+                              .line.has_axis = true,
+                              .line.axis = {0, 0, 1}}};
     const sc_verbs all = {verbs, SC_COUNT_OF(verbs), list, SC_COUNT_OF(list), NULL};
     sc_label labels[4];
     sc_label_stats stats[4];
@@ -1172,8 +1173,8 @@ TEST(tissues_have_offsets)
     static const sc_verb verb = {.kind = SC_VERB_EXPLODE,
                                  .begin = 0.5,
                                  .end = 1,
-                                 .has_axis = true,
-                                 .axis = {0, 0, 1},
+                                 .line.has_axis = true,
+                                 .line.axis = {0, 0, 1},
                                  .by = {8, false}};
     static const sc_named_tissue list[] = {{0, "right", ""}};
     static const sc_track tracks[] = {

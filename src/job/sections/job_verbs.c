@@ -93,12 +93,12 @@ static sc_status read_points(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     if (node->count > SC_THROUGH_MAX)
         return sc_yaml_fail(ctx, node, "there are %zu points, expected at most %d", node->count,
                             SC_THROUGH_MAX);
-    verb->through_count = (int)node->count; /* also after a mistake: then no more is said */
+    verb->fly.through_count = (int)node->count; /* also after a mistake: then no more is said */
     for (size_t i = 0; i < node->count; i++) {
         const sc_yaml named = sc_yaml_item(node, i);
 
-        SC_PASS(sc_type_point.read(ctx, &point, &named, &verb->through[i]));
-        if (i && sc_vec3_length(sc_vec3_sub(verb->through[i], verb->through[i - 1])) < 1e-9)
+        SC_PASS(sc_type_point.read(ctx, &point, &named, &verb->fly.through[i]));
+        if (i && sc_vec3_length(sc_vec3_sub(verb->fly.through[i], verb->fly.through[i - 1])) < 1e-9)
             return sc_yaml_fail(ctx, &named, "points %zu and %zu are the same, expected others", i,
                                 i + 1);
     }
@@ -110,11 +110,11 @@ static sc_status write_points(const sc_ctx *ctx, const sc_key *key, const void *
 {
     const sc_verb *verb = &((const verb_entry *)value)->verb;
 
-    for (int i = 0; i < verb->through_count; i++) {
+    for (int i = 0; i < verb->fly.through_count; i++) {
         SC_PASS(sc_text_add(ctx, text, "%s", i ? ", " : "["));
-        SC_PASS(sc_type_point.write(ctx, key, &verb->through[i], text));
+        SC_PASS(sc_type_point.write(ctx, key, &verb->fly.through[i], text));
     }
-    return sc_text_add(ctx, text, "%s]", verb->through_count ? "" : "[");
+    return sc_text_add(ctx, text, "%s]", verb->fly.through_count ? "" : "[");
 }
 
 #define POINTS_SCHEMA                                                                              \
@@ -125,7 +125,7 @@ static sc_status write_points(const sc_ctx *ctx, const sc_key *key, const void *
 static sc_status read_through(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                               void *value)
 {
-    bool *middles = &((verb_entry *)value)->verb.middles;
+    bool *middles = &((verb_entry *)value)->verb.fly.middles;
 
     *middles = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "middles");
     return *middles ? SC_OK : read_points(ctx, key, node, value);
@@ -134,8 +134,8 @@ static sc_status read_through(const sc_ctx *ctx, const sc_key *key, const sc_yam
 static sc_status write_through(const sc_ctx *ctx, const sc_key *key, const void *value,
                                sc_text *text)
 {
-    return ((const verb_entry *)value)->verb.middles ? sc_text_add(ctx, text, "middles")
-                                                     : write_points(ctx, key, value, text);
+    return ((const verb_entry *)value)->verb.fly.middles ? sc_text_add(ctx, text, "middles")
+                                                         : write_points(ctx, key, value, text);
 }
 
 static const sc_value_type type_through = {
@@ -151,14 +151,14 @@ static sc_status read_fly(const sc_ctx *ctx, const sc_key *key, const sc_yaml *n
 {
     sc_verb *verb = &((verb_entry *)value)->verb;
 
-    verb->has_tissues =
+    verb->fly.has_tissues =
         node->kind != SC_YAML_LIST || !node->count || node->items[0]->kind != SC_YAML_LIST;
-    return (verb->has_tissues ? read_verb_tissues : read_points)(ctx, key, node, value);
+    return (verb->fly.has_tissues ? read_verb_tissues : read_points)(ctx, key, node, value);
 }
 
 static sc_status write_fly(const sc_ctx *ctx, const sc_key *key, const void *value, sc_text *text)
 {
-    const bool has_tissues = ((const verb_entry *)value)->verb.has_tissues;
+    const bool has_tissues = ((const verb_entry *)value)->verb.fly.has_tissues;
 
     return (has_tissues ? write_verb_tissues : write_points)(ctx, key, value, text);
 }
@@ -255,27 +255,28 @@ const sc_key sc_verb_keys[] = {
              "leads from the middle of the first tissue, where it is thickest, to that of the "
              "next, in their order, to the last",
      .low = -1e6, .high = 1e6, .verbs = OF(FLY)},
-    {"ahead", &sc_type_share, VERB(ahead), "10%",
+    {"ahead", &sc_type_share, VERB(fly.ahead), "10%",
      .help = "fly: how far ahead of itself the camera looks, as a share of the way",
      .verbs = OF(FLY)},
-    {"clearance", &sc_type_share, VERB(clearance), "50%",
+    {"clearance", &sc_type_share, VERB(fly.clearance), "50%",
      .help = "fly: share of the distance between the middle of the tissues and their border which "
              "the smoothed way keeps from that border",
      .verbs = OF(FLY)},
-    {"fov", &sc_type_real, VERB(fov_deg), "80", .help = "fly: vertical field of view", .low = 1,
+    {"fov", &sc_type_real, VERB(fly.fov_deg), "80", .help = "fly: vertical field of view", .low = 1,
      .high = 170, .unit = "degrees", .verbs = OF(FLY)},
     {"plane", &sc_type_int, VERB(plane), "1",
      .help = "turn: number of the clip plane, counted from 1 in the order of clip; a box counts as "
              "six: left, right, back, front, bottom, top",
      .low = 1, .high = SC_PLANES_MAX, .verbs = OF(TURN)},
-    {"axis", &sc_type_direction, VERB(axis), NULL, .given = SC_GIVEN(verb_entry, verb.has_axis),
+    {"axis", &sc_type_direction, VERB(line.axis), NULL,
+     .given = SC_GIVEN(verb_entry, verb.line.has_axis),
      .without = "turn: upwards in the picture, or for a plane across that to the front; explode: "
                 "away from the center",
      .help = "turn: direction of the line; explode: direction in which all move, by so many mm, or "
              "by a share of the distance of each from the center along it",
      .low = -1e6, .high = 1e6, .verbs = OF(TURN) | OF(EXPLODE)},
-    {"center", &sc_type_point, VERB(point_mm), NULL, .given = SC_GIVEN(verb_entry, verb.has_point),
-     .without = "the middle of what is visible",
+    {"center", &sc_type_point, VERB(line.point_mm), NULL,
+     .given = SC_GIVEN(verb_entry, verb.line.has_point), .without = "the middle of what is visible",
      .help = "turn, explode: a point of the line; the point from which tissues move apart",
      .low = -1e6, .high = 1e6, .unit = "mm", .verbs = OF(TURN) | OF(EXPLODE)},
     {"by", &sc_type_plane_position, VERB(by), "50%",
@@ -391,8 +392,8 @@ static sc_status write_verbs(const sc_ctx *ctx, const sc_key *key, const void *v
             .verb = job.verbs.list[i],
             .job = &job,
             .index = (int)i,
-            .chooses = job.verbs.list[i].has_tissues &&
-                       (job.verbs.list[i].middles || job.verbs.list[i].through_count)};
+            .chooses = job.verbs.list[i].fly.has_tissues &&
+                       (job.verbs.list[i].fly.middles || job.verbs.list[i].fly.through_count)};
         const kind_rows table = rows_of(entry.verb.kind);
 
         SC_PASS(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));
