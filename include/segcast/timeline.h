@@ -94,6 +94,12 @@ typedef struct sc_optics {
     char where[160];             /**< "file:line" for messages; may be empty */
 } sc_optics;
 
+/** Key frames of a camera; those that have any replace the member of sc_orbit of that name. */
+typedef struct sc_orbit_tracks {
+    sc_track angle, elevation, target, distance, fov, zoom;
+    sc_track position, up; /**< of a still camera, as is target */
+} sc_orbit_tracks;
+
 /** The way of the camera: an orbit about an axis, or a still camera. */
 typedef struct sc_orbit {
     bool fixed;           /**< a still camera at position_mm, which looks at target_mm; by key
@@ -115,9 +121,7 @@ typedef struct sc_orbit {
     sc_projection projection;
     double zoom; /**< scales the picture; above 0; 1: as framed */
     sc_optics optics;
-    /** Key frames; those that have any replace the member of that name. */
-    sc_track angle_track, elevation_track, target_track, distance_track, fov_track, zoom_track;
-    sc_track position_track, up_track; /**< likewise, of a still camera, as is target_track */
+    sc_orbit_tracks tracks;
 } sc_orbit;
 
 /** A clip plane, which may move along its normal. */

@@ -23,8 +23,8 @@ static bool take_camera(const sc_orbit *from, sc_orbit *to)
     const sc_orbit old = *to;
 
     if (from->fixed != old.fixed || from->projection != SC_PERSPECTIVE ||
-        old.projection != SC_PERSPECTIVE || from->fov_track.count || old.fov_track.count ||
-        from->distance_track.count || old.distance_track.count || from->fov_deg != old.fov_deg)
+        old.projection != SC_PERSPECTIVE || from->tracks.fov.count || old.tracks.fov.count ||
+        from->tracks.distance.count || old.tracks.distance.count || from->fov_deg != old.fov_deg)
         return false;
     *to = *from;
     if (!from->fixed && !from->has_target)

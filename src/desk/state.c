@@ -125,12 +125,12 @@ static json_t *of_orbit(const sc_panel *panel, int frame)
 
     return json_pack("{s:f, s:b, s:o, s:f, s:f, s:f, s:o, s:f, s:f, s:f, s:b, s:b}", "turned",
                      o->fixed ? 0 : turned, "fixed", o->fixed, "axis", of_vector(o->axis), "angle",
-                     sc_number_at(&o->angle_track, o->angle_deg, at), "elevation",
-                     sc_number_at(&o->elevation_track, o->elevation_deg, at), "turns", o->turns,
-                     "target", of_vector(sc_value_at(&o->target_track, o->target_mm, at)),
-                     "distance", sc_number_at(&o->distance_track, o->distance_mm, at), "zoom",
-                     sc_number_at(&o->zoom_track, o->zoom, at), "fov",
-                     sc_number_at(&o->fov_track, o->fov_deg, at), "hasTarget", o->has_target,
+                     sc_number_at(&o->tracks.angle, o->angle_deg, at), "elevation",
+                     sc_number_at(&o->tracks.elevation, o->elevation_deg, at), "turns", o->turns,
+                     "target", of_vector(sc_value_at(&o->tracks.target, o->target_mm, at)),
+                     "distance", sc_number_at(&o->tracks.distance, o->distance_mm, at), "zoom",
+                     sc_number_at(&o->tracks.zoom, o->zoom, at), "fov",
+                     sc_number_at(&o->tracks.fov, o->fov_deg, at), "hasTarget", o->has_target,
                      "hasDistance", o->has_distance);
 }
 

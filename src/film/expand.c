@@ -52,7 +52,7 @@ static void expand_orbits(sc_job *job)
     sc_track angle = {0}, elevation = {0};
     int summands = (camera->turns != 0) + (camera->angle_deg != 0);
 
-    if (camera->fixed || camera->angle_track.count || camera->elevation_track.count)
+    if (camera->fixed || camera->tracks.angle.count || camera->tracks.elevation.count)
         return;
     for (size_t v = 0; v < job->verbs.count; v++) {
         const sc_verb *verb = &job->verbs.list[v];
@@ -69,8 +69,8 @@ static void expand_orbits(sc_job *job)
                                                   verb->begin, verb->end, verb->ease, &elevation))
             return;
     }
-    camera->angle_track = angle;
-    camera->elevation_track = elevation;
+    camera->tracks.angle = angle;
+    camera->tracks.elevation = elevation;
     drop_verbs(job, 1u << SC_VERB_ORBIT);
 }
 

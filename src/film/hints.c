@@ -85,7 +85,7 @@ static bool shows_part(const sc_timeline *t)
         if (t->moves[i].verb.kind == SC_VERB_FRAME || t->moves[i].verb.kind == SC_VERB_FLY)
             return true;
     }
-    return t->animation.camera.fov_track.count > 0;
+    return t->animation.camera.tracks.fov.count > 0;
 }
 
 /* Take all zooms out of a timeline, and what verbs do to the distance of the camera. */
@@ -94,7 +94,7 @@ static void take_zooms_out(sc_timeline *t)
     int kept = 0;
 
     t->animation.camera.zoom = 1;
-    t->animation.camera.zoom_track.count = 0;
+    t->animation.camera.tracks.zoom.count = 0;
     for (int i = 0; i < t->animation.move_count; i++) {
         if (t->moves[i].verb.kind != SC_VERB_ZOOM && t->moves[i].verb.kind != SC_VERB_DOLLY)
             t->moves[kept++] = t->moves[i];

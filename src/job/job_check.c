@@ -133,7 +133,7 @@ static sc_status check_not_empty(const sc_ctx *ctx, const sc_yaml *root, const c
 static sc_status check_fixed(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
 {
     const sc_orbit *camera = &job->animation.camera;
-    const bool moves = camera->position_track.count || camera->target_track.count;
+    const bool moves = camera->tracks.position.count || camera->tracks.target.count;
     char when[48] = "";
 
     for (int k = 0; camera->fixed && k < (moves ? job->animation.frames : 1); k++) {
@@ -339,7 +339,7 @@ static sc_status check_turns(const sc_ctx *ctx, const sc_yaml *root, sc_job *job
     const double turns = job->animation.camera.turns;
     const double step_deg = 360 * fabs(turns) / job->animation.frames;
 
-    if (!node && job->animation.camera.angle_track.count)
+    if (!node && job->animation.camera.tracks.angle.count)
         job->animation.camera.turns = 0;
     if (!node || fabs(turns) < 45 || step_deg < 22.5)
         return SC_OK;

@@ -18,8 +18,8 @@ enum {
 /* @return the direction of view at a time, unit; 0 if the camera stands where it looks. */
 static sc_vec3 direction_at(const sc_orbit *c, double at)
 {
-    const sc_vec3 position = sc_value_at(&c->position_track, c->position_mm, at);
-    const sc_vec3 target = sc_value_at(&c->target_track, c->target_mm, at);
+    const sc_vec3 position = sc_value_at(&c->tracks.position, c->position_mm, at);
+    const sc_vec3 target = sc_value_at(&c->tracks.target, c->target_mm, at);
     const sc_vec3 way = sc_vec3_sub(target, position);
 
     return sc_vec3_length(way) > 0 ? sc_vec3_unit(way) : way;
@@ -52,8 +52,8 @@ static void segment_at(const sc_orbit *c, double at, double *begin, double *end)
 {
     *begin = 0;
     *end = 1;
-    narrow(&c->position_track, at, begin, end);
-    narrow(&c->target_track, at, begin, end);
+    narrow(&c->tracks.position, at, begin, end);
+    narrow(&c->tracks.target, at, begin, end);
 }
 
 /* @return the time of the last key frame before @p at, or 0. */
@@ -142,10 +142,10 @@ void sc_fixed_camera_at(const sc_orbit *camera, double at, sc_vec3 *position_mm,
 {
     const sc_orbit *c = camera;
 
-    *position_mm = sc_value_at(&c->position_track, c->position_mm, at);
-    *target_mm = sc_value_at(&c->target_track, c->target_mm, at);
-    if (c->up_track.count)
-        *up = sc_track_direction(&c->up_track, at);
+    *position_mm = sc_value_at(&c->tracks.position, c->position_mm, at);
+    *target_mm = sc_value_at(&c->tracks.target, c->target_mm, at);
+    if (c->tracks.up.count)
+        *up = sc_track_direction(&c->tracks.up, at);
     else
-        *up = c->position_track.count || c->target_track.count ? up_at(c, at) : c->up;
+        *up = c->tracks.position.count || c->tracks.target.count ? up_at(c, at) : c->up;
 }

@@ -366,7 +366,7 @@ void sc_frame_orbit(sc_orbit *orbit, const sc_sight *sights, int sight_count, co
         orbit->target_mm = (orbit->alone ? centre : choose_target)(orbit, &c, &s, &scratch);
     }
     need =
-        orbit->target_track.count ? needed_on_the_way(&e, &s) : needed(&e, orbit->target_mm, 0, 3);
+        orbit->tracks.target.count ? needed_on_the_way(&e, &s) : needed(&e, orbit->target_mm, 0, 3);
     if (orthographic) {
         *half_height = orbit->has_distance ? tangent * orbit->distance_mm : need;
         sc_extent(points, count, orbit->axis, &low, &high);

@@ -97,7 +97,7 @@ static void set_sight_of_fixed(const sc_timeline *t, double at, sc_sight *out)
 
     sc_fixed_camera_at(c, at, &position_mm, &target_mm, &up);
     camera = sc_camera_look(position_mm, target_mm, up, c->projection, 1);
-    axis = sc_vec3_unit(c->up_track.count ? up : c->up);
+    axis = sc_vec3_unit(c->tracks.up.count ? up : c->up);
     out->distance_mm = sc_vec3_length(sc_vec3_sub(position_mm, target_mm));
     add_swings(t, at, &angle_deg, &elevation_deg);
     out->away = sc_vec3_rotate(sc_vec3_scale(camera.forward, -1), camera.right,
@@ -111,13 +111,13 @@ sc_sight sc_sight_at(const sc_timeline *t, double k)
 {
     const sc_orbit *orbit = &t->animation.camera;
     const double at = sc_frame_time(k, t->animation.frames);
-    sc_sight out = {.target_mm = sc_value_at(&orbit->target_track, orbit->target_mm, at),
-                    .distance_mm = sc_number_at(&orbit->distance_track, orbit->distance_mm, at),
+    sc_sight out = {.target_mm = sc_value_at(&orbit->tracks.target, orbit->target_mm, at),
+                    .distance_mm = sc_number_at(&orbit->tracks.distance, orbit->distance_mm, at),
                     .tangent =
-                        tan(sc_number_at(&orbit->fov_track, orbit->fov_deg, at) * M_PI / 360)};
+                        tan(sc_number_at(&orbit->tracks.fov, orbit->fov_deg, at) * M_PI / 360)};
     double turned = 360 * orbit->turns * without_holds(t, k) / t->animation.frames;
-    const double angle_deg = sc_number_at(&orbit->angle_track, orbit->angle_deg, at);
-    double elevation_deg = sc_number_at(&orbit->elevation_track, orbit->elevation_deg, at);
+    const double angle_deg = sc_number_at(&orbit->tracks.angle, orbit->angle_deg, at);
+    double elevation_deg = sc_number_at(&orbit->tracks.elevation, orbit->elevation_deg, at);
 
     if (orbit->fixed) {
         set_sight_of_fixed(t, at, &out);
@@ -137,8 +137,8 @@ static bool turns_only(const sc_timeline *t)
     for (int i = 0; i < t->animation.move_count; i++)
         swings = swings || t->moves[i].verb.kind == SC_VERB_ORBIT ||
                  t->moves[i].verb.kind == SC_VERB_ROCK;
-    return !swings && !orbit->angle_track.count && !orbit->elevation_track.count &&
-           !orbit->target_track.count && !orbit->fov_track.count;
+    return !swings && !orbit->tracks.angle.count && !orbit->tracks.elevation.count &&
+           !orbit->tracks.target.count && !orbit->tracks.fov.count;
 }
 
 int sc_sights_between(const sc_timeline *timeline, double first, double last,

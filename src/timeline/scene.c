@@ -9,12 +9,12 @@ static double half_height_at(const sc_timeline *t, const sc_sight *sight)
     const sc_orbit *orbit = &t->animation.camera;
     double scale = sight->tangent / tan(orbit->fov_deg * M_PI / 360);
 
-    if (!orbit->fov_track.count && !orbit->distance_track.count)
+    if (!orbit->tracks.fov.count && !orbit->tracks.distance.count)
         return t->half_height;
     if (orbit->projection != SC_ORTHOGRAPHIC)
         return sight->tangent;
-    if (orbit->distance_track.count)
-        scale *= sight->distance_mm / orbit->distance_track.keys[0].value.x;
+    if (orbit->tracks.distance.count)
+        scale *= sight->distance_mm / orbit->tracks.distance.keys[0].value.x;
     return orbit->fixed || orbit->has_distance ? scale * t->half_height : t->half_height;
 }
 
@@ -66,7 +66,7 @@ static sc_camera camera_at(const sc_timeline *t, double k, bool *inside, double 
     const sc_orbit *orbit = &t->animation.camera;
     const double at = sc_frame_time(k, t->animation.frames);
     view v = {.sight = sc_sight_at(t, k),
-              .zoom = sc_number_at(&orbit->zoom_track, orbit->zoom, at)};
+              .zoom = sc_number_at(&orbit->tracks.zoom, orbit->zoom, at)};
     sc_vec3 base_mm, position_mm, target_mm, up;
     double half_height;
     sc_camera camera;

@@ -74,7 +74,7 @@ static void place_frame(const sc_timeline *t, double aspect, int i, sc_move *mov
     if (orbit.fixed)
         orbit.axis = sc_vec3_unit(orbit.up);
     orbit.fixed = orbit.has_target = orbit.has_distance = false;
-    orbit.target_track.count = 0;
+    orbit.tracks.target.count = 0;
     sc_frame_orbit(&orbit, sights, count, move->points, move->point_count, aspect,
                    &move->half_height);
     move->target_mm = orbit.target_mm;
@@ -93,10 +93,10 @@ static void place_camera(const sc_vec3 *points, size_t point_count, double aspec
     sc_sight sights[SC_SIGHTS_MAX];
     const int sight_count = sc_sights_of(t, sights);
 
-    if (camera->fov_track.count)
-        camera->fov_deg = camera->fov_track.keys[0].value.x;
-    if (camera->distance_track.count)
-        camera->distance_mm = camera->distance_track.keys[0].value.x;
+    if (camera->tracks.fov.count)
+        camera->fov_deg = camera->tracks.fov.keys[0].value.x;
+    if (camera->tracks.distance.count)
+        camera->distance_mm = camera->tracks.distance.keys[0].value.x;
     sc_frame_orbit(camera, sights, sight_count, points, point_count, aspect, &t->half_height);
     for (int i = 0; i < t->animation.move_count; i++) {
         if (t->moves[i].verb.kind == SC_VERB_FRAME)

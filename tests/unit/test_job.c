@@ -441,7 +441,7 @@ static void expect_full(const sc_job *job)
     assert_near(job->animation.camera.axis.x, -1, 0);
     assert_true(job->animation.camera.has_target);
     assert_int_equal(job->animation.camera.projection, SC_ORTHOGRAPHIC);
-    assert_near(job->animation.camera.zoom_track.keys[1].value.x, 2, 0);
+    assert_near(job->animation.camera.tracks.zoom.keys[1].value.x, 2, 0);
     assert_int_equal(job->animation.clip_mode, SC_CLIP_CUT);
     assert_int_equal(job->animation.sweep_count, 2);
     assert_true(job->animation.sweeps[0].at.percent);
@@ -633,21 +633,21 @@ TEST(values_of_the_camera_may_have_key_frames)
         const sc_orbit *o = &j->animation.camera;
 
         assert_true(o->has_target && o->has_distance);
-        assert_int_equal(o->angle_track.count, 3);
-        assert_near(o->angle_track.keys[0].at, 0.1, 1e-10);
-        assert_near(o->angle_track.keys[1].at, 0.6, 1e-10);
-        assert_near(o->angle_track.keys[1].value.x, -7.5, 0);
-        assert_int_equal(o->angle_track.keys[0].ease.kind, SC_EASE_LINEAR);
-        assert_int_equal(o->angle_track.keys[1].ease.kind, SC_EASE_SMOOTH);
-        assert_int_equal(o->angle_track.keys[2].ease.kind, SC_EASE_BEZIER);
-        assert_near(o->angle_track.keys[2].ease.bezier[3], 0.5, 0);
-        assert_int_equal(o->elevation_track.count, 1);
-        assert_int_equal(o->target_track.count, 2);
-        assert_near(o->target_track.keys[0].at, 0.15, 1e-10);
-        assert_near(o->target_track.keys[1].value.z, 6, 0);
-        assert_int_equal(o->distance_track.count, 0);
+        assert_int_equal(o->tracks.angle.count, 3);
+        assert_near(o->tracks.angle.keys[0].at, 0.1, 1e-10);
+        assert_near(o->tracks.angle.keys[1].at, 0.6, 1e-10);
+        assert_near(o->tracks.angle.keys[1].value.x, -7.5, 0);
+        assert_int_equal(o->tracks.angle.keys[0].ease.kind, SC_EASE_LINEAR);
+        assert_int_equal(o->tracks.angle.keys[1].ease.kind, SC_EASE_SMOOTH);
+        assert_int_equal(o->tracks.angle.keys[2].ease.kind, SC_EASE_BEZIER);
+        assert_near(o->tracks.angle.keys[2].ease.bezier[3], 0.5, 0);
+        assert_int_equal(o->tracks.elevation.count, 1);
+        assert_int_equal(o->tracks.target.count, 2);
+        assert_near(o->tracks.target.keys[0].at, 0.15, 1e-10);
+        assert_near(o->tracks.target.keys[1].value.z, 6, 0);
+        assert_int_equal(o->tracks.distance.count, 0);
         assert_near(o->distance_mm, 200, 0);
-        assert_int_equal(o->zoom_track.count, 2);
+        assert_int_equal(o->tracks.zoom.count, 2);
     }
     sc_text_clear(&text);
     sc_text_clear(&twice);

@@ -358,7 +358,7 @@ TEST(a_camera_goes_over_the_pole_without_a_flip)
 
         a.camera.turns = 0;
         a.camera.projection = n & 1 ? SC_ORTHOGRAPHIC : SC_PERSPECTIVE;
-        a.camera.elevation_track =
+        a.camera.tracks.elevation =
             (sc_track){2, {{0, {0}, {0, 0, 0}}, {1, {0}, {n & 2 ? -180 : 180, 0, 0}}}};
         sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
         for (int k = 0; k < FRAMES; k++) {
@@ -506,9 +506,9 @@ TEST(a_camera_without_an_orbit_goes_by_key_frames)
     sc_animation a = {.frames = 11, .camera = {.fixed = true, .up = {0, 0, 1}, .fov_deg = 30}};
     sc_timeline t;
 
-    a.camera.position_track = (sc_track){2, {{0, {0}, {0, 100, 0}}, {1, {0}, {100, 100, 0}}}};
-    a.camera.target_track = (sc_track){2, {{0, {0}, {0, 0, 0}}, {0.5, {0}, {50, 0, 0}}}};
-    a.camera.up_track = (sc_track){2, {{0.5, {0}, {0, 0, 1}}, {1, {0}, {1, 0, 0}}}};
+    a.camera.tracks.position = (sc_track){2, {{0, {0}, {0, 100, 0}}, {1, {0}, {100, 100, 0}}}};
+    a.camera.tracks.target = (sc_track){2, {{0, {0}, {0, 0, 0}}, {0.5, {0}, {50, 0, 0}}}};
+    a.camera.tracks.up = (sc_track){2, {{0.5, {0}, {0, 0, 1}}, {1, {0}, {1, 0, 0}}}};
     a.camera.zoom = 1;
     for (int moves = 0; moves < 2; moves++) { /* verbs start from there, too */
         const sc_move zoom = {.verb = {.kind = SC_VERB_ZOOM, .to = 1, .end = 1}};
@@ -561,7 +561,7 @@ TEST(a_camera_passes_the_pole_without_a_flip)
         sc_camera before = {0}, c = {0};
         sc_timeline t;
 
-        a.camera.position_track = ways[way].track;
+        a.camera.tracks.position = ways[way].track;
         a.camera.zoom = 1;
         sc_timeline_resolve(&a, NULL, 0, 1, &t);
         for (int k = 0; k < FRAMES; k++, before = c) {
@@ -606,9 +606,9 @@ TEST(key_frames_move_the_camera)
 
     a.camera.has_target = true;
     a.camera.turns = 0;
-    a.camera.angle_track = (sc_track){2, {{0, {0}, {0, 0, 0}}, {1, {0}, {90, 0, 0}}}};
-    a.camera.target_track = (sc_track){2, {{0, {0}, {10, -5, 50}}, {1, {0}, {30, 20, 80}}}};
-    a.camera.fov_track = (sc_track){2, {{0, {0}, {60, 0, 0}}, {0.5, {0}, {20, 0, 0}}}};
+    a.camera.tracks.angle = (sc_track){2, {{0, {0}, {0, 0, 0}}, {1, {0}, {90, 0, 0}}}};
+    a.camera.tracks.target = (sc_track){2, {{0, {0}, {10, -5, 50}}, {1, {0}, {30, 20, 80}}}};
+    a.camera.tracks.fov = (sc_track){2, {{0, {0}, {60, 0, 0}}, {0.5, {0}, {20, 0, 0}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
     for (int k = 0; k <= 10; k++) {
         const sc_camera c = sc_timeline_scene(&t, k, NULL).camera;
@@ -624,9 +624,9 @@ TEST(key_frames_move_the_camera)
         assert_near(c.right.x, -cos(k * M_PI / 20), 1e-9);
     }
     assert_true(fill > 0.945);
-    a.camera.zoom_track = (sc_track){2, {{0, {0}, {2, 0, 0}}, {1, {0}, {4, 0, 0}}}};
+    a.camera.tracks.zoom = (sc_track){2, {{0, {0}, {2, 0, 0}}, {1, {0}, {4, 0, 0}}}};
     a.camera.has_distance = true;
-    a.camera.distance_track = (sc_track){2, {{0, {0}, {100, 0, 0}}, {1, {0}, {200, 0, 0}}}};
+    a.camera.tracks.distance = (sc_track){2, {{0, {0}, {100, 0, 0}}, {1, {0}, {200, 0, 0}}}};
     for (int n = 0; n < 2; n++) {
         a.camera.projection = n ? SC_ORTHOGRAPHIC : SC_PERSPECTIVE;
         sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
@@ -883,7 +883,7 @@ TEST(tissues_come_to_fill_the_picture)
         a.camera.up = (sc_vec3){0, 0, 1};
         a.camera.turns = n & 4 ? 0.4 : 2;
         if (n == 4)
-            a.camera.fov_track = (sc_track){2, {{0, {0}, {30, 0, 0}}, {1, {0}, {50, 0, 0}}}};
+            a.camera.tracks.fov = (sc_track){2, {{0, {0}, {30, 0, 0}}, {1, {0}, {50, 0, 0}}}};
         moves[0].points = small;
         moves[0].point_count = CORNERS;
         moves[0].verb.ease.kind = SC_EASE_SMOOTH;
@@ -909,7 +909,7 @@ TEST(zoom_scales_the_picture)
     sc_timeline t;
     double first;
 
-    a.camera.zoom_track =
+    a.camera.tracks.zoom =
         (sc_track){2, {{.at = 0, .value = {1, 0, 0}}, {.at = 1, .value = {2, 0, 0}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     first = sc_timeline_scene(&t, 0, NULL).camera.half_height;

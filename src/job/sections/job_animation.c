@@ -62,31 +62,31 @@ static const sc_key orbit_keys[] = {
     {"angle", &sc_type_tracked, CAMERA(angle_deg), "0",
      .help = "where the camera is, or begins to turn: 0 is in front of the patient, 90 at the "
              "patient's left",
-     .low = -36000, .high = 36000, .unit = "degrees", .track = TRACK(angle_deg, angle_track)},
+     .low = -36000, .high = 36000, .unit = "degrees", .track = TRACK(angle_deg, tracks.angle)},
     {"elevation", &sc_type_tracked, CAMERA(elevation_deg), "15",
      .help = "angle of the camera above the plane of the turn; beyond 90 it comes down behind, the "
              "picture upside down",
-     .low = -360, .high = 360, .unit = "degrees", .track = TRACK(elevation_deg, elevation_track)},
+     .low = -360, .high = 360, .unit = "degrees", .track = TRACK(elevation_deg, tracks.elevation)},
     {"target_mm", &sc_type_tracked_point, CAMERA(target_mm), NULL,
      .help = "point that the camera looks at", .low = -1e6, .high = 1e6, .unit = "mm",
-     .track = TRACK(target_mm, target_track), .given = SC_GIVEN(sc_orbit, has_target),
+     .track = TRACK(target_mm, tracks.target), .given = SC_GIVEN(sc_orbit, has_target),
      .without = "so that what is visible stays in the middle"},
     {"distance_mm", &sc_type_tracked, CAMERA(distance_mm), NULL,
      .help = "distance of the camera from its target", .low = 1e-3, .high = 1e6, .unit = "mm",
-     .track = TRACK(distance_mm, distance_track), .given = SC_GIVEN(sc_orbit, has_distance),
+     .track = TRACK(distance_mm, tracks.distance), .given = SC_GIVEN(sc_orbit, has_distance),
      .without = "so that what is visible fits into all frames"},
     {0}};
 
 static const sc_key fixed_keys[] = {
     {"position_mm", &sc_type_tracked_point, CAMERA(position_mm), NULL,
      .help = "where the camera stands", .low = -1e6, .high = 1e6, .unit = "mm", .required = true,
-     .track = TRACK(position_mm, position_track)},
+     .track = TRACK(position_mm, tracks.position)},
     {"target_mm", &sc_type_tracked_point, CAMERA(target_mm), NULL,
      .help = "point that the camera looks at", .low = -1e6, .high = 1e6, .unit = "mm",
-     .required = true, .track = TRACK(target_mm, target_track)},
+     .required = true, .track = TRACK(target_mm, tracks.target)},
     {"up", &sc_type_tracked_direction, CAMERA(up), "superior",
      .help = "direction that points up in the picture", .low = -1e6, .high = 1e6,
-     .track = TRACK(up, up_track)},
+     .track = TRACK(up, tracks.up)},
     {0}};
 
 const sc_key sc_camera_keys[] = {
@@ -101,9 +101,9 @@ const sc_key sc_camera_keys[] = {
      .choices = projections},
     {"fov", &sc_type_tracked, CAMERA(fov_deg), "30",
      .help = "vertical angle of view; for projection: perspective", .low = 0.1, .high = 170,
-     .unit = "degrees", .track = TRACK(fov_deg, fov_track)},
+     .unit = "degrees", .track = TRACK(fov_deg, tracks.fov)},
     {"zoom", &sc_type_tracked, CAMERA(zoom), "1", .help = "scale of the picture; 1: as framed",
-     .low = 0.01, .high = 1000, .track = TRACK(zoom, zoom_track),
+     .low = 0.01, .high = 1000, .track = TRACK(zoom, tracks.zoom),
      .option = &(const sc_key_option){"zoom", "FACTOR", "orbit still"}},
     {"aperture_mm", &sc_type_real, CAMERA(optics.aperture_mm), "0",
      .help = "diameter of the lens: the larger, the more is blurred what is nearer or farther than "
