@@ -24,13 +24,18 @@ typedef struct sc_material {
 #define SC_MATERIAL_ROUGHNESS 0.48
 #define SC_MATERIAL_COAT 0
 
+/** What a rule says anything about. */
+typedef struct sc_rule_given {
+    bool color, opacity, interior_opacity, visible;
+    bool smooth, specular, roughness, coat, offset;
+} sc_rule_given;
+
 /** What the user wants of all tissues whose name or number matches a pattern. What the rule leaves
  *  open (has_... is false) stays as it was. */
 typedef struct sc_tissue_rule {
     char pattern[SC_NAME_BYTES]; /**< a name, a glob (* ? [...]), or a label number */
     char where[160];             /**< "file:line" of the rule, for messages; may be empty */
-    bool has_color, has_opacity, has_interior_opacity, has_visible;
-    bool has_smooth, has_specular, has_roughness, has_coat, has_offset;
+    sc_rule_given has;
     bool visible;
     bool opacity_auto; /**< the opacity follows the measured thickness; opacity is not read */
     uint8_t rgb[3];

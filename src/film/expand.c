@@ -128,7 +128,7 @@ static sc_status expand_fades(const sc_ctx *ctx, const sc_panel *panel, sc_job *
                       &job->tissues.tracks));
     for (size_t i = 0, at = 0; i < count; i++) {
         const int id = panel->looks.fades[i].id;
-        sc_tissue_rule rule = {.has_opacity = true, .opacity = 1};
+        sc_tissue_rule rule = {.has.opacity = true, .opacity = 1};
 
         if (i && id == panel->looks.fades[i - 1].id)
             continue;

@@ -102,12 +102,12 @@ static sc_status check_strengths(const sc_ctx *ctx, const sc_yaml *root, const s
     size_t count = 1;
 
     for (size_t i = 0; i < job->tissues.rule_count; i++) {
-        bool is_new = job->tissues.rules[i].has_smooth &&
+        bool is_new = job->tissues.rules[i].has.smooth &&
                       !sc_strength_is_same(job->tissues.rules[i].smooth, first);
 
         for (size_t j = 0; j < i && is_new; j++)
             is_new =
-                !job->tissues.rules[j].has_smooth ||
+                !job->tissues.rules[j].has.smooth ||
                 !sc_strength_is_same(job->tissues.rules[i].smooth, job->tissues.rules[j].smooth);
         count += is_new;
     }

@@ -64,33 +64,33 @@ static sc_tissue tissue_of_table(const sc_label *label)
 /* Overwrite what a rule sets in @p tissue. Whether the rule matches is up to the caller. */
 static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
 {
-    if (rule->has_visible) {
+    if (rule->has.visible) {
         tissue->visible = rule->visible;
         tissue->visible_track = rule->visible_track;
     }
-    tissue->is_rest = tissue->is_rest && !rule->has_visible && !rule->has_opacity;
-    if (rule->has_offset) {
+    tissue->is_rest = tissue->is_rest && !rule->has.visible && !rule->has.opacity;
+    if (rule->has.offset) {
         tissue->offset_mm = rule->offset_mm;
         tissue->offset_track = rule->offset_track;
     }
-    if (rule->has_color) {
+    if (rule->has.color) {
         color_of(rule->rgb, tissue->rgb_linear);
         tissue->color_track = rule->color_track;
         tissue->color_by_rule = true;
     }
-    tissue->color_given = tissue->color_given || rule->has_color;
-    if (rule->has_opacity) {
+    tissue->color_given = tissue->color_given || rule->has.color;
+    if (rule->has.opacity) {
         tissue->opacity = rule->opacity;
         tissue->opacity_auto = rule->opacity_auto;
         tissue->opacity_track = rule->opacity > 0 ? rule->opacity_track : 0;
     }
-    if (rule->has_specular)
+    if (rule->has.specular)
         tissue->material.specular = rule->material.specular;
-    if (rule->has_roughness)
+    if (rule->has.roughness)
         tissue->material.roughness = rule->material.roughness;
-    if (rule->has_coat)
+    if (rule->has.coat)
         tissue->material.coat = rule->material.coat;
-    if (rule->has_interior_opacity)
+    if (rule->has.interior_opacity)
         tissue->interior_opacity = rule->interior_opacity;
 }
 
@@ -152,7 +152,7 @@ static void apply_strength(void *user, const sc_tissue_rule *rule, int id)
 {
     sc_vec3 *strengths = user;
 
-    if (rule->has_smooth)
+    if (rule->has.smooth)
         strengths[id] = rule->smooth;
 }
 

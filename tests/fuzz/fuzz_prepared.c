@@ -98,7 +98,7 @@ static void draw(const sc_prepared *v, int how)
                                          .local_thickness = v->thickness != NULL,
                                          .work.tile_px = 8,
                                          .work.threads = 1};
-    const sc_tissue_rule rule = {.pattern = "*", .has_opacity = true, .opacity = 0.6};
+    const sc_tissue_rule rule = {.pattern = "*", .has.opacity = true, .opacity = 0.6};
     sc_animation a = {
         .frames = 8,
         .camera = {.axis = {0, 0, 1}, .turns = 1, .elevation_deg = 14, .fov_deg = 30, .zoom = 1}};

@@ -114,8 +114,8 @@ static sc_tissue peers_tissue(uint32_t value, bool opaque, bool voxel)
 /* Set p->tissues: those of the peers, or by the rules of the heart, opaque or by thickness. */
 static void set_tissues(prepared_set *p, bool peers, bool voxel)
 {
-    const sc_tissue_rule solid = {.pattern = "*", .has_opacity = true, .opacity = 1};
-    const sc_tissue_rule by_thickness = {.pattern = "*", .has_opacity = true, .opacity_auto = true};
+    const sc_tissue_rule solid = {.pattern = "*", .has.opacity = true, .opacity = 1};
+    const sc_tissue_rule by_thickness = {.pattern = "*", .has.opacity = true, .opacity_auto = true};
 
     if (!peers) {
         sc_transfer_resolve(&p->view, p->opaque ? &solid : &by_thickness, 1, SC_OPACITY_PAPER,

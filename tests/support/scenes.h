@@ -65,7 +65,7 @@ static inline small_scene make_scene(sc_volume volume, double opacity)
             .background = {255, 255, 255},
             .work.tile_px = 32,
             .work.threads = 1}};
-    const sc_tissue_rule rule = {.pattern = "*", .has_opacity = true, .opacity = opacity};
+    const sc_tissue_rule rule = {.pattern = "*", .has.opacity = true, .opacity = opacity};
 
     sc_transfer_resolve(&s.prepared.view, &rule, 1, SC_OPACITY_PAPER, s.tissues);
     return s;

@@ -19,7 +19,7 @@ typedef struct forged {
 /* @return the looks with which draw() draws a volume; caller owns. */
 static sc_tissue *looks_of(const sc_prepared *v)
 {
-    const sc_tissue_rule rule = {.pattern = "*", .has_opacity = true, .opacity = 0.6};
+    const sc_tissue_rule rule = {.pattern = "*", .has.opacity = true, .opacity = 0.6};
     void *tissues;
 
     assert_ok(sc_alloc(&quiet, (size_t)v->label_count, sizeof(sc_tissue), &tissues));

@@ -437,7 +437,7 @@ static void expect_full(const sc_job *job)
     assert_int_equal(job->render.background.rgb[2], 0x30);
     assert_int_equal(job->tissues.rule_count, 2);
     assert_string_equal(job->tissues.rules[1].pattern, "7");
-    assert_true(job->tissues.rules[1].has_visible && !job->tissues.rules[1].visible);
+    assert_true(job->tissues.rules[1].has.visible && !job->tissues.rules[1].visible);
     assert_near(job->animation.camera.axis.x, -1, 0);
     assert_true(job->animation.camera.has_target);
     assert_int_equal(job->animation.camera.projection, SC_ORTHOGRAPHIC);

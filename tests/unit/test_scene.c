@@ -111,11 +111,11 @@ TEST(rules_match_by_name_glob_and_number_and_the_last_one_wins)
     SC_OWN(clear_copy) prepared_copy p = striped(&volume);
     sc_tissue tissues[5];
     const sc_tissue_rule rules[] = {
-        {.pattern = "*", .has_opacity = true, .opacity = 0.5},
-        {.pattern = "left *", .has_visible = true, .visible = false},
-        {.pattern = "LEFT atrium", .has_visible = true, .visible = true},
-        {.pattern = "9", .has_color = true, .rgb = {255, 0, 0}},
-        {.pattern = "12", .has_visible = true, .visible = true},
+        {.pattern = "*", .has.opacity = true, .opacity = 0.5},
+        {.pattern = "left *", .has.visible = true, .visible = false},
+        {.pattern = "LEFT atrium", .has.visible = true, .visible = true},
+        {.pattern = "9", .has.color = true, .rgb = {255, 0, 0}},
+        {.pattern = "12", .has.visible = true, .visible = true},
     };
 
     sc_transfer_resolve(&p.view, rules, 4, SC_OPACITY_MEASURED, tissues);
@@ -314,7 +314,7 @@ static int onion(double x, double y, double z)
 
 TEST(covers_step_back)
 {
-    const sc_tissue_rule solid = {.pattern = "tissue 1", .has_opacity = true, .opacity = 1};
+    const sc_tissue_rule solid = {.pattern = "tissue 1", .has.opacity = true, .opacity = 1};
     SC_OWN(sc_volume_clear)
     sc_volume v = shape_volume((const int[3]){40, 40, 40}, (const double[3]){3, 3, 3}, 1, 5, onion);
     SC_OWN(clear_copy) prepared_copy p = prepare_copy(&v, 2);
@@ -343,9 +343,9 @@ TEST(names_decide_what_is_hidden_and_what_is_opaque)
     sc_label_stats stats[3] = {{0}};
     sc_label labels[3] = {{0}, {.value = 1, .opacity = -1}, {.value = 2, .opacity = -1}};
     const sc_prepared volume = {.label_count = 3, .labels = labels, .stats = stats};
-    const sc_tissue_rule all = {.pattern = "*", .has_opacity = true, .opacity = 1};
-    const sc_tissue_rule none = {.pattern = "aorta", .has_visible = true};
-    const sc_tissue_rule shown = {.pattern = "*other", .has_visible = true, .visible = true};
+    const sc_tissue_rule all = {.pattern = "*", .has.opacity = true, .opacity = 1};
+    const sc_tissue_rule none = {.pattern = "aorta", .has.visible = true};
+    const sc_tissue_rule shown = {.pattern = "*other", .has.visible = true, .visible = true};
     sc_tissue tissues[3];
     bool hidden[3];
 
@@ -520,9 +520,9 @@ TEST(hidden_labels_are_found)
                                 {.value = 4, .name = "ruled out", .opacity = 1},
                                 {.value = 5, .name = "inside", .opacity = 0}};
     const sc_tissue_rule rules[] = {
-        {.pattern = "ruled out", .has_visible = true, .visible = false},
-        {.pattern = "inside", .has_interior_opacity = true, .interior_opacity = 0.1},
-        {.pattern = "auto", .has_opacity = true, .opacity = 0.5}};
+        {.pattern = "ruled out", .has.visible = true, .visible = false},
+        {.pattern = "inside", .has.interior_opacity = true, .interior_opacity = 0.1},
+        {.pattern = "auto", .has.opacity = true, .opacity = 0.5}};
     const bool expected[6] = {false, false, true, true, true, false};
     bool hidden[6];
 

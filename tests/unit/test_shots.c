@@ -86,7 +86,7 @@ static void expect_film(const sc_job *job)
     /* tissues come behind those of the film */
     assert_int_equal(two->tissues.rule_count, 3);
     assert_string_equal(two->tissues.rules[2].pattern, "aorta");
-    assert_true(two->tissues.rules[2].has_opacity && !two->tissues.rules[2].has_color);
+    assert_true(two->tissues.rules[2].has.opacity && !two->tissues.rules[2].has.color);
     assert_near(two->tissues.rules[2].opacity, 0.25, 0);
     /* times count from the beginning of the shot */
     assert_near(job->film.shots[1].job.animation.sweeps[0].at_track.keys[0].at, 10.0 / 39, 1e-9);

@@ -91,7 +91,7 @@ static const sc_value_type type_interior = {
 #define TEXT(macro) TEXT_OF(macro)
 #define TEXT_OF(number) #number
 
-#define HAS(member) .given = SC_GIVEN(rule_entry, rule.has_##member)
+#define HAS(member) .given = SC_GIVEN(rule_entry, rule.has.member)
 
 const sc_key sc_tissue_keys[] = {
     {"color", &sc_type_tracked_color, RULE(rgb), NULL, .help = "colour of the tissue", HAS(color),
