@@ -68,7 +68,7 @@ typedef struct sc_tissue {
     int visible_track, offset_track; /**< likewise */
     sc_vec3 offset_mm;               /**< as of sc_tissue_rule */
     sc_material material;
-    uint8_t clip_set;   /**< which planes cut it: index into sc_scene.clip_sets */
+    uint8_t clip_set;   /**< which planes cut it: index into sc_scene_clip.sets */
     uint8_t fade_group; /**< 0: its opacity is the same in all frames; else 1 to SC_FADE_GROUPS_MAX:
                              the tissues of a group fade alike, or nearly so; only their shade on
                              others depends on it */
@@ -283,6 +283,16 @@ typedef struct sc_look {
     sc_grey_window grey_window; /**< in which it is shown; not read without one */
 } sc_look;
 
+/** The clip planes of a scene. */
+typedef struct sc_scene_clip {
+    sc_plane planes[SC_PLANES_MAX]; /**< [count] of them */
+    int count;
+    uint32_t which; /**< which planes of the film they are: bit i for plane i */
+    sc_clip_mode mode;
+    uint32_t sets[SC_CLIP_SETS_MAX]; /**< [set_count]: the planes of each clip set, as bits */
+    int set_count;
+} sc_scene_clip;
+
 /** Everything that changes from frame to frame: all that is drawn of a frame follows from its
  * scene, and from what is the same in all frames. */
 typedef struct sc_scene {
@@ -299,12 +309,7 @@ typedef struct sc_scene {
                               it is, and how many there are; 0 and 0: the only one */
     sc_camera camera;
     sc_look look;
-    sc_plane planes[SC_PLANES_MAX]; /**< [plane_count] of them */
-    uint32_t cuts;                  /**< which planes of the film they are: bit i for plane i */
-    int plane_count;
-    sc_clip_mode clip_mode;
-    uint32_t clip_sets[SC_CLIP_SETS_MAX]; /**< [clip_set_count]: the planes of each, as bits */
-    int clip_set_count;
+    sc_scene_clip clip;
     double dark_text;   /**< as of sc_text_colors, for what is written over the picture */
     double divider;     /**< where the first of two subjects in one picture ends, as a share of its
                              width: sc_divider_px */

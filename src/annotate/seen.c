@@ -24,12 +24,13 @@ static double share_kept(const sc_prepared *volume, int id, const sc_plane *plan
 /* @return how much of a tissue the clip planes of a scene have left, as of share_kept. */
 static double share_uncut(const sc_annotations *a, const sc_scene *scene, int id)
 {
-    const uint32_t planes = scene->clip_sets[a->tissues[id].clip_set];
-    const bool keeps = scene->clip_mode == SC_CLIP_KEEP;
+    const uint32_t planes = scene->clip.sets[a->tissues[id].clip_set];
+    const bool keeps = scene->clip.mode == SC_CLIP_KEEP;
     double out = keeps || !planes ? 1 : 0;
 
-    for (int i = 0; i < scene->plane_count; i++) {
-        const double kept = planes >> i & 1 ? share_kept(a->volume, id, &scene->planes[i]) : out;
+    for (int i = 0; i < scene->clip.count; i++) {
+        const double kept =
+            planes >> i & 1 ? share_kept(a->volume, id, &scene->clip.planes[i]) : out;
 
         out = keeps ? fmin(out, kept) : fmax(out, kept);
     }

@@ -40,8 +40,8 @@ static ray ray_to(const sc_scene *scene, sc_vec3 point_mm)
         r.length_mm = sc_vec3_length(sc_vec3_sub(point_mm, c->position_mm));
         r.direction = sc_vec3_unit(sc_vec3_sub(point_mm, c->position_mm));
     }
-    for (int set = 0; set < scene->clip_set_count; set++)
-        r.kept_count[set] = sc_clip_ray(scene->planes, scene->clip_sets[set], scene->clip_mode,
+    for (int set = 0; set < scene->clip.set_count; set++)
+        r.kept_count[set] = sc_clip_ray(scene->clip.planes, scene->clip.sets[set], scene->clip.mode,
                                         r.origin_mm, r.direction, 0, r.length_mm, r.kept[set]);
     return r;
 }

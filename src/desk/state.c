@@ -14,10 +14,10 @@ static json_t *of_planes(const sc_scene *scene)
 {
     json_t *list = json_array();
 
-    for (int i = 0, at = 0; i < SC_PLANES_MAX && at < scene->plane_count; i++) {
-        const sc_plane *plane = &scene->planes[at];
+    for (int i = 0, at = 0; i < SC_PLANES_MAX && at < scene->clip.count; i++) {
+        const sc_plane *plane = &scene->clip.planes[at];
 
-        if (!(scene->cuts >> i & 1u))
+        if (!(scene->clip.which >> i & 1u))
             continue;
         json_array_append_new(list,
                               json_pack("{s:i, s:o, s:f}", "index", i, "normal",

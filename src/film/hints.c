@@ -9,8 +9,8 @@
 /* Is a point removed by a clip plane? Only for scenes in which all planes cut all tissues. */
 static bool is_clipped(const sc_scene *scene, sc_vec3 p)
 {
-    for (int i = 0; i < scene->plane_count; i++) {
-        if (sc_vec3_dot(scene->planes[i].normal, p) + scene->planes[i].offset_mm < 0)
+    for (int i = 0; i < scene->clip.count; i++) {
+        if (sc_vec3_dot(scene->clip.planes[i].normal, p) + scene->clip.planes[i].offset_mm < 0)
             return true;
     }
     return false;
@@ -305,8 +305,8 @@ static int find_effects(const sc_timeline *t, plane_effect *effects, int *first,
         int at = 0;       /* in the scene, which holds only planes that cut */
 
         for (int i = 0; i < t->animation.sweep_count; i++) {
-            const bool cuts = scene.cuts & 1u << i;
-            const sc_plane *plane = cuts ? &scene.planes[at++] : NULL;
+            const bool cuts = scene.clip.which & 1u << i;
+            const sc_plane *plane = cuts ? &scene.clip.planes[at++] : NULL;
             const double at_mm = plane ? -plane->offset_mm : -HUGE_VAL;
             double from_mm = 0, to_mm = 0;
 

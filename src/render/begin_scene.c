@@ -138,12 +138,12 @@ static void set_planes(sc_renderer *r, const sc_scene *scene)
     const sc_affine *to_mm = &r->volume->to_ras_mm;
     const sc_vec3 first = sc_affine_point(to_mm, (sc_vec3){-1, -1, -1}); /* grid vertex 0 */
 
-    r->march.planes.count = scene->plane_count;
-    r->march.planes.cut_away = scene->clip_mode == SC_CLIP_CUT;
+    r->march.planes.count = scene->clip.count;
+    r->march.planes.cut_away = scene->clip.mode == SC_CLIP_CUT;
     r->march.cut_faces.only = scene->slice;
     r->march.cut_faces.are_drawn = scene->slice || r->settings.caps;
-    for (int i = 0; i < scene->plane_count; i++) {
-        const sc_plane *plane = &scene->planes[i];
+    for (int i = 0; i < scene->clip.count; i++) {
+        const sc_plane *plane = &scene->clip.planes[i];
 
         to_floats(plane->normal, r->march.planes.normals[i]);
         for (int axis = 0; axis < 3; axis++)

@@ -180,7 +180,7 @@ void sc_set_clip_sets(sc_renderer *r, const sc_scene *scene)
         int first = 0;
 
         while (first < g &&
-               (g >= scene->clip_set_count || scene->clip_sets[first] != scene->clip_sets[g]))
+               (g >= scene->clip.set_count || scene->clip.sets[first] != scene->clip.sets[g]))
             first++;
         same[g] = (uint8_t)first;
     }

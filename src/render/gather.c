@@ -177,11 +177,11 @@ sc_status sc_gather_new_kept(const sc_ctx *ctx, const sc_renderer *r, sc_gather 
 /* @return whether what the planes of a scene keep is convex, the same for all tissues. */
 static bool is_convex(const sc_scene *scene)
 {
-    for (int set = 1; set < scene->clip_set_count; set++) {
-        if (scene->clip_sets[set] != scene->clip_sets[0])
+    for (int set = 1; set < scene->clip.set_count; set++) {
+        if (scene->clip.sets[set] != scene->clip.sets[0])
             return false;
     }
-    return scene->clip_mode == SC_CLIP_KEEP || scene->plane_count < 2;
+    return scene->clip.mode == SC_CLIP_KEEP || scene->clip.count < 2;
 }
 
 static bool same_plane(const sc_plane *a, const sc_plane *b)
@@ -193,11 +193,11 @@ static bool same_plane(const sc_plane *a, const sc_plane *b)
 /* @return whether two scenes are cut by as many planes, and these cut the same tissues. */
 static bool same_cuts(const sc_scene *a, const sc_scene *b)
 {
-    bool same = a->plane_count == b->plane_count && a->clip_mode == b->clip_mode &&
-                a->clip_set_count == b->clip_set_count;
+    bool same = a->clip.count == b->clip.count && a->clip.mode == b->clip.mode &&
+                a->clip.set_count == b->clip.set_count;
 
-    for (int i = 0; same && i < a->clip_set_count; i++)
-        same = a->clip_sets[i] == b->clip_sets[i];
+    for (int i = 0; same && i < a->clip.set_count; i++)
+        same = a->clip.sets[i] == b->clip.sets[i];
     return same;
 }
 
@@ -206,8 +206,8 @@ static bool same_planes(const sc_scene *a, const sc_scene *b)
 {
     bool same = same_cuts(a, b);
 
-    for (int i = 0; same && i < a->plane_count; i++)
-        same = same_plane(&a->planes[i], &b->planes[i]);
+    for (int i = 0; same && i < a->clip.count; i++)
+        same = same_plane(&a->clip.planes[i], &b->clip.planes[i]);
     return same;
 }
 

@@ -40,16 +40,16 @@ static uint64_t hash_of(const sc_renderer *r, const sc_scene *scene)
                                  t->rgb[1],
                                  t->rgb[2],
                                  t->boundary_alpha,
-                                 (float)scene->clip_sets[t->clip_set],
+                                 (float)scene->clip.sets[t->clip_set],
                                  (float)t->show,
                                  (float)r->looks[id].show};
 
         hash = sc_hash_bytes(numbers, sizeof numbers, hash);
     }
-    hash = sc_hash_bytes(&scene->clip_mode, sizeof scene->clip_mode, hash);
-    for (int i = 0; i < scene->plane_count; i++) {
-        const double plane[] = {scene->planes[i].normal.x, scene->planes[i].normal.y,
-                                scene->planes[i].normal.z, scene->planes[i].offset_mm};
+    hash = sc_hash_bytes(&scene->clip.mode, sizeof scene->clip.mode, hash);
+    for (int i = 0; i < scene->clip.count; i++) {
+        const double plane[] = {scene->clip.planes[i].normal.x, scene->clip.planes[i].normal.y,
+                                scene->clip.planes[i].normal.z, scene->clip.planes[i].offset_mm};
 
         hash = sc_hash_bytes(plane, sizeof plane, hash);
     }

@@ -347,7 +347,7 @@ void sc_gather_trace(const sc_ctx *ctx, sc_gather *g, const sc_scene *scene, boo
     g->batch.first = first;
     set_absent(g);
     for (size_t id = 0; id < labels; id++)
-        g->targets.cuts[id] = scene->clip_sets[r->tissues[id].clip_set];
+        g->targets.cuts[id] = scene->clip.sets[r->tissues[id].clip_set];
     for (g->batch.direction = 0; g->batch.direction < sc_gather_rays(g) && !sc_gather_ends(g);
          g->batch.direction++) {
         const size_t row = (size_t)g->batch.direction * labels;

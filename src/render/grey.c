@@ -189,7 +189,7 @@ void sc_set_grey(sc_renderer *r, const sc_scene *scene)
 static float slice_point(const sc_lens *lens, double x_px, double y_px, float point[3])
 {
     const sc_camera *c = &lens->scene->camera;
-    const sc_plane *plane = &lens->scene->planes[0];
+    const sc_plane *plane = &lens->scene->clip.planes[0];
     const double across = (x_px - lens->middle_px[0]) * lens->px_scale;
     const double upward = (lens->middle_px[1] - y_px) * lens->px_scale;
     const sc_vec3 eye =
@@ -265,8 +265,8 @@ static bool make_backdrop_ray(const sc_lens *lens, const sc_aim *aim, sc_backdro
     if (!clip_to_box(&r->grey.march, eye, along, ends))
         return false;
     ray->stretches =
-        sc_clip_ray(scene->planes, scene->clip_set_count ? scene->clip_sets[0] : 0,
-                    scene->clip_mode, sight.eye_mm, sight.direction, ends[0], ends[1], kept);
+        sc_clip_ray(scene->clip.planes, scene->clip.set_count ? scene->clip.sets[0] : 0,
+                    scene->clip.mode, sight.eye_mm, sight.direction, ends[0], ends[1], kept);
     origin = sc_vec3_along(eye, ends[0], along);
     ray->base_mm = (float)ends[0];
     ray->origin[0] = (float)origin.x;

@@ -41,13 +41,13 @@ static bool fill_parts(const sc_lens *lens, sc_vec3 eye, sc_vec3 direction, doub
     const double step = lens->renderer->march.step_mm;
     bool any = false;
 
-    ray->clip_sets = (uint8_t)scene->clip_set_count;
-    for (int g = 0; g < scene->clip_set_count; g++) {
+    ray->clip_sets = (uint8_t)scene->clip.set_count;
+    for (int g = 0; g < scene->clip.set_count; g++) {
         sc_interval kept[2];
 
-        if (scene->clip_sets[g]) {
+        if (scene->clip.sets[g]) {
             ray->part_count[g] =
-                (uint8_t)sc_clip_ray(scene->planes, scene->clip_sets[g], scene->clip_mode, eye,
+                (uint8_t)sc_clip_ray(scene->clip.planes, scene->clip.sets[g], scene->clip.mode, eye,
                                      direction, begin, end, kept);
         } else { /* no plane cuts these tissues */
             ray->part_count[g] = begin < end;

@@ -40,11 +40,11 @@ static bool cameras_differ(const sc_scene *a, const sc_scene *b)
 
 static bool cuts_differ(const sc_scene *a, const sc_scene *b)
 {
-    return a->cuts != b->cuts || a->clip_mode != b->clip_mode || a->slice != b->slice ||
+    return a->clip.which != b->clip.which || a->clip.mode != b->clip.mode || a->slice != b->slice ||
            differ(&a->divider, &b->divider, sizeof a->divider) ||
            differ(&a->point_mm, &b->point_mm, sizeof a->point_mm) ||
-           differ(a->planes, b->planes, (size_t)a->plane_count * sizeof *a->planes) ||
-           differ(a->clip_sets, b->clip_sets, sizeof a->clip_sets);
+           differ(a->clip.planes, b->clip.planes, (size_t)a->clip.count * sizeof *a->clip.planes) ||
+           differ(a->clip.sets, b->clip.sets, sizeof a->clip.sets);
 }
 
 /* light.method and light.lamp, which are the same in a film, are left out, with the gaps in them.

@@ -151,8 +151,8 @@ static void set_planes(const sc_timeline *t, double at, sc_scene *scene)
 {
     const sc_animation *a = &t->animation;
 
-    scene->clip_mode = a->clip_mode;
-    scene->clip_set_count = t->clip_set_count;
+    scene->clip.mode = a->clip_mode;
+    scene->clip.set_count = t->clip_set_count;
     for (int i = 0; i < a->sweep_count; i++) {
         const int span = span_of(&a->sweeps[i], at);
 
@@ -161,10 +161,10 @@ static void set_planes(const sc_timeline *t, double at, sc_scene *scene)
         for (int g = 0; g < t->clip_set_count; g++) {
             const bool spares = t->clip_sets[g].spares[i] >> span & 1u;
 
-            scene->clip_sets[g] |= (spares ? 0u : 1u) << scene->plane_count;
+            scene->clip.sets[g] |= (spares ? 0u : 1u) << scene->clip.count;
         }
-        scene->cuts |= 1u << i;
-        scene->planes[scene->plane_count++] = sc_plane_at(t, i, at);
+        scene->clip.which |= 1u << i;
+        scene->clip.planes[scene->clip.count++] = sc_plane_at(t, i, at);
     }
 }
 

@@ -75,8 +75,8 @@ static sc_scene slice_scene(const sc_views *v, const struct view *kind, double h
     const double reach = sc_vec3_length(sc_vec3_sub(v->high_mm, v->low_mm)) +
                          sc_vec3_length(sc_vec3_sub(of->point_mm, middle)) + 1;
     const sc_vec3 eye = sc_vec3_along(middle, -reach, kind->forward);
-    sc_scene scene = {.plane_count = 1,
-                      .clip_set_count = of->clip_set_count,
+    sc_scene scene = {.clip.count = 1,
+                      .clip.set_count = of->clip.set_count,
                       .slice = true,
                       .fades = of->fades,
                       .colors = of->colors,
@@ -84,9 +84,9 @@ static sc_scene slice_scene(const sc_views *v, const struct view *kind, double h
                       .look = of->look};
 
     scene.camera = sc_camera_look(eye, middle, kind->up, SC_ORTHOGRAPHIC, half_height_mm);
-    scene.planes[0] = (sc_plane){kind->forward, -sc_vec3_dot(kind->forward, of->point_mm)};
-    for (int g = 0; g < of->clip_set_count; g++)
-        scene.clip_sets[g] = 1;
+    scene.clip.planes[0] = (sc_plane){kind->forward, -sc_vec3_dot(kind->forward, of->point_mm)};
+    for (int g = 0; g < of->clip.set_count; g++)
+        scene.clip.sets[g] = 1;
     return scene;
 }
 

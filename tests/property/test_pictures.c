@@ -331,10 +331,10 @@ static sc_scene faded_view(small_scene *s, float *factors)
         s->tissues[id].fade_group = id % 4 ? (uint8_t)(1 + id % 3) : 0;
         factors[id] = id % 4 ? 0.7f * (float)(id % 3) : 1;
     }
-    scene.plane_count = 1;
-    scene.planes[0] = (sc_plane){{0, -1, 0}, 0};
-    scene.clip_set_count = 1;
-    scene.clip_sets[0] = 1;
+    scene.clip.count = 1;
+    scene.clip.planes[0] = (sc_plane){{0, -1, 0}, 0};
+    scene.clip.set_count = 1;
+    scene.clip.sets[0] = 1;
     scene.fades = factors;
     return scene;
 }

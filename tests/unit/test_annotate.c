@@ -343,10 +343,10 @@ TEST(a_legend_shows_what_is_seen_now)
     sc_image_clear(&image);
     /* Tissue 2 has faded to a half, tissue 5, in the fourth row, is cut away; no row moves. */
     f.fades[2] = 0.5f;
-    f.scene.planes[0] = (sc_plane){{0, -1, 0}, 99}; /* keeps y up to 99 */
-    f.scene.plane_count = 1;
-    f.scene.clip_set_count = 1;
-    f.scene.clip_sets[0] = 1;
+    f.scene.clip.planes[0] = (sc_plane){{0, -1, 0}, 99}; /* keeps y up to 99 */
+    f.scene.clip.count = 1;
+    f.scene.clip.set_count = 1;
+    f.scene.clip.sets[0] = 1;
     image = draw(&f, 0, false, 255);
     assert_true(square(&image, &f, 0, &green) > 50 && green == 0);
     assert_true(square(&image, &f, 1, &green) > 50 && green > 100 && green < 140);

@@ -27,7 +27,7 @@ static small_scene ball_scene(double opacity)
 
 static sc_scene from_front(void)
 {
-    sc_scene scene = {.clip_set_count = 1};
+    sc_scene scene = {.clip.set_count = 1};
 
     scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
                                   SC_ORTHOGRAPHIC, 25);
@@ -114,15 +114,15 @@ TEST(planes_cut_the_backdrop)
         SC_OWN(sc_image_clear) sc_image image = {0};
         double left_mm[3] = {20, 12, 30 - 12}; /* one plane; what two keep; all but a slab */
 
-        scene.plane_count = n ? 2 : 1;
-        scene.planes[0] = (sc_plane){{0, -1, 0}, 25}; /* y below 25 mm */
-        scene.planes[1] = (sc_plane){{0, 1, 0}, -13}; /* y above 13 mm */
-        if (n == 2) {                                 /* what both remove: y from 13 to 25 mm */
-            scene.clip_mode = SC_CLIP_CUT;
-            scene.planes[0] = (sc_plane){{0, 1, 0}, -25};
-            scene.planes[1] = (sc_plane){{0, -1, 0}, 13};
+        scene.clip.count = n ? 2 : 1;
+        scene.clip.planes[0] = (sc_plane){{0, -1, 0}, 25}; /* y below 25 mm */
+        scene.clip.planes[1] = (sc_plane){{0, 1, 0}, -13}; /* y above 13 mm */
+        if (n == 2) { /* what both remove: y from 13 to 25 mm */
+            scene.clip.mode = SC_CLIP_CUT;
+            scene.clip.planes[0] = (sc_plane){{0, 1, 0}, -25};
+            scene.clip.planes[1] = (sc_plane){{0, -1, 0}, 13};
         }
-        scene.clip_sets[0] = n ? 3 : 1;
+        scene.clip.sets[0] = n ? 3 : 1;
         s.settings.grey = &grey;
         s.settings.grey_look = (sc_grey_look){{2000, 4000}, 0, 0, 0.2};
         image = draw_view(&s, &scene, NULL);
@@ -230,11 +230,11 @@ TEST(all_ways_to_draw_give_the_same_bits)
         if (n & 1)
             scene.camera = sc_camera_look((sc_vec3){22, 60, 31}, (sc_vec3){20, 20, 20},
                                           (sc_vec3){0, 0, 1}, SC_PERSPECTIVE, 0.5);
-        scene.plane_count = n & 2 ? 2 : 0;
-        scene.planes[0] = (sc_plane){{0, -1, 0}, 25};
-        scene.planes[1] = (sc_plane){sc_vec3_unit((sc_vec3){1, 1, 0.2}), -25};
-        scene.clip_mode = n & 1 ? SC_CLIP_CUT : SC_CLIP_KEEP;
-        scene.clip_sets[0] = n & 2 ? 3 : 0;
+        scene.clip.count = n & 2 ? 2 : 0;
+        scene.clip.planes[0] = (sc_plane){{0, -1, 0}, 25};
+        scene.clip.planes[1] = (sc_plane){sc_vec3_unit((sc_vec3){1, 1, 0.2}), -25};
+        scene.clip.mode = n & 1 ? SC_CLIP_CUT : SC_CLIP_KEEP;
+        scene.clip.sets[0] = n & 2 ? 3 : 0;
         plain = draw_by_all_kernels(&s, &scene);
     }
 }

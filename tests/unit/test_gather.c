@@ -61,7 +61,7 @@ static small_scene sky_scene_of(int side, int shape(double, double, double), boo
         for (int i = 0; i < 3; i++)
             s.tissues[id].rgb_linear[i] = ALBEDO;
     }
-    *scene = (sc_scene){.clip_set_count = 1};
+    *scene = (sc_scene){.clip.set_count = 1};
     scene->camera =
         sc_camera_look(eye, (sc_vec3){middle, middle, middle},
                        (sc_vec3){0, from_above, !from_above}, SC_ORTHOGRAPHIC, SIDE / 2.0);
@@ -362,9 +362,9 @@ TEST_BY_EACH_METHOD(a_cut_face_is_lit_by_the_lamp)
 
     s.settings.light.ambient = 0;
     s.settings.light.key = 1;
-    scene.planes[0] = (sc_plane){{0, -1, 0}, MIDDLE};
-    scene.plane_count = 1;
-    scene.cuts = scene.clip_sets[0] = 1;
+    scene.clip.planes[0] = (sc_plane){{0, -1, 0}, MIDDLE};
+    scene.clip.count = 1;
+    scene.clip.which = scene.clip.sets[0] = 1;
     image = draw_cross(&s, &scene, 0);
     assert_near(light_at(&image, MIDDLE, MIDDLE, 0), 0.48 * 0.97846, 0.005);
 }
@@ -487,9 +487,9 @@ TEST(light_does_not_depend_on_what_was_drawn_before)
 
     s.tissues[1].fade_group = 1;
     cut = scene;
-    cut.planes[0] = (sc_plane){{0.6, 0, 0.8}, -0.6 * MIDDLE - 0.8 * 50};
-    cut.plane_count = 1;
-    cut.cuts = cut.clip_sets[0] = 1;
+    cut.clip.planes[0] = (sc_plane){{0.6, 0, 0.8}, -0.6 * MIDDLE - 0.8 * 50};
+    cut.clip.count = 1;
+    cut.clip.which = cut.clip.sets[0] = 1;
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
     assert_ok(sc_renderer_gather(&quiet, r, &scene, SC_LIGHT_NEW_RAYS, NULL));
     first = draw_after(r, &scene);
@@ -523,13 +523,13 @@ TEST(a_cut_gives_the_light_of_rays_that_see_it)
     SC_OWN(free_scene) small_scene s = sky_scene(well, true, &scene);
     SC_OWN(sc_image_clear) sc_image kept = {0}, traced = {0};
 
-    scene.planes[0] = scene.planes[1] = (sc_plane){{0, 1, 0}, 0.3 - MIDDLE};
-    scene.plane_count = 1;
-    scene.cuts = scene.clip_sets[0] = 1;
+    scene.clip.planes[0] = scene.clip.planes[1] = (sc_plane){{0, 1, 0}, 0.3 - MIDDLE};
+    scene.clip.count = 1;
+    scene.clip.which = scene.clip.sets[0] = 1;
     kept = draw_view(&s, &scene, NULL);
-    scene.plane_count = 2;
-    scene.cuts = scene.clip_sets[0] = 3;
-    scene.clip_mode = SC_CLIP_CUT;
+    scene.clip.count = 2;
+    scene.clip.which = scene.clip.sets[0] = 3;
+    scene.clip.mode = SC_CLIP_CUT;
     traced = draw_view(&s, &scene, NULL);
     assert_alike(&kept, &traced);
 }
@@ -549,9 +549,9 @@ TEST(a_cut_throws_no_shadow_on_the_floor)
     memset(s.settings.background, 255, sizeof s.settings.background);
     scene.camera.half_height = SIDE;
     cut = scene;
-    cut.planes[0] = cut.planes[1] = (sc_plane){{-0.6, 0, 0.8}, -20};
-    cut.plane_count = 1;
-    cut.cuts = cut.clip_sets[0] = 1;
+    cut.clip.planes[0] = cut.clip.planes[1] = (sc_plane){{-0.6, 0, 0.8}, -20};
+    cut.clip.count = 1;
+    cut.clip.which = cut.clip.sets[0] = 1;
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
     assert_ok(sc_renderer_gather(&quiet, r, &scene, SC_LIGHT_NEW_RAYS, NULL));
     whole = draw_after(r, &scene);
@@ -559,9 +559,9 @@ TEST(a_cut_throws_no_shadow_on_the_floor)
     sc_renderer_free(r);
     kept = draw_view(&s, &cut, NULL);
     assert_memory_equal(kept.rgb, again.rgb, (size_t)SIDE * SIDE * 3);
-    cut.plane_count = 2;
-    cut.cuts = cut.clip_sets[0] = 3;
-    cut.clip_mode = SC_CLIP_CUT;
+    cut.clip.count = 2;
+    cut.clip.which = cut.clip.sets[0] = 3;
+    cut.clip.mode = SC_CLIP_CUT;
     traced = draw_view(&s, &cut, NULL);
     assert_alike(&kept, &traced);
 }
@@ -598,10 +598,10 @@ TEST_BY_EACH_METHOD(what_a_cut_lays_bare_is_lit)
     SC_OWN(sc_image_clear) sc_image image = {0};
 
     s.tissues[1].clip_set = 1;
-    scene.planes[0] = (sc_plane){{0, 0, 1}, -21};
-    scene.plane_count = 1;
-    scene.clip_set_count = 2;
-    scene.cuts = scene.clip_sets[1] = 1;
+    scene.clip.planes[0] = (sc_plane){{0, 0, 1}, -21};
+    scene.clip.count = 1;
+    scene.clip.set_count = 2;
+    scene.clip.which = scene.clip.sets[1] = 1;
     scene.camera =
         sc_camera_look((sc_vec3){MIDDLE, MIDDLE, -300}, (sc_vec3){MIDDLE, MIDDLE, MIDDLE},
                        (sc_vec3){0, 1, 0}, SC_ORTHOGRAPHIC, SIDE / 2.0);
@@ -753,9 +753,9 @@ TEST_OF_THREADS(all_kernels_follow_the_same_paths)
     s.settings.floor = true;
     s.tissues[2].opacity = 0.5;
     s.tissues[1].material.specular = 0.3;
-    scene.planes[0] = (sc_plane){{0, 0.6, 0.8}, -40};
-    scene.plane_count = 1;
-    scene.cuts = scene.clip_sets[0] = 1;
+    scene.clip.planes[0] = (sc_plane){{0, 0.6, 0.8}, -40};
+    scene.clip.count = 1;
+    scene.clip.which = scene.clip.sets[0] = 1;
     scene.camera = sc_camera_look((sc_vec3){150, 200, 120}, (sc_vec3){MIDDLE, MIDDLE, 30},
                                   (sc_vec3){0, 0, 1}, SC_PERSPECTIVE, 0.3);
     image = draw_by_all_kernels(&s, &scene);
@@ -834,7 +834,7 @@ static void set_step(int i, sc_scene *scene, float fades[3])
                                       {0, 0, 1, 90, 0.3},          {0, 0, 1, 90, 1}};
     const double *step = steps[i];
 
-    scene->planes[0] = (sc_plane){{-step[0], -step[1], -step[2]}, -step[3] / 2};
+    scene->clip.planes[0] = (sc_plane){{-step[0], -step[1], -step[2]}, -step[3] / 2};
     fades[0] = 1;
     fades[1] = (float)step[4];
     fades[2] = 1;
@@ -854,9 +854,9 @@ TEST(rays_that_stay_give_the_light_of_new_ones)
     s.tissues[1].clip_set = 1;
     s.tissues[2].fade_group = 1;
     s.tissues[2].opacity = 0.9;
-    scene.plane_count = 1;
-    scene.clip_set_count = 2;
-    scene.cuts = scene.clip_sets[1] = 1;
+    scene.clip.count = 1;
+    scene.clip.set_count = 2;
+    scene.clip.which = scene.clip.sets[1] = 1;
     set_step(0, &scene, fades);
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
     assert_ok(sc_renderer_gather(&quiet, r, &scene, SC_LIGHT_NEW_RAYS, NULL));
@@ -882,9 +882,9 @@ TEST(a_lamp_follows_the_camera)
     s.settings.light.key = 0.7;
     s.settings.light.lamp = (sc_lamp){true, true, 30, 20, 40, 20};
     s.settings.floor = SC_GROUND_FLOOR;
-    scene.plane_count = 1;
-    scene.cuts = scene.clip_sets[0] = 1;
-    scene.planes[0] = (sc_plane){{0, 0, -1}, 17};
+    scene.clip.count = 1;
+    scene.clip.which = scene.clip.sets[0] = 1;
+    scene.clip.planes[0] = (sc_plane){{0, 0, -1}, 17};
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
     assert_ok(sc_renderer_gather(&quiet, r, &scene, SC_LIGHT_NEW_RAYS, NULL));
     for (int i = 0; i < 3; i++) {
@@ -892,7 +892,7 @@ TEST(a_lamp_follows_the_camera)
 
         scene.camera = sc_camera_look((sc_vec3){20 + 30 * i, 100, 75}, (sc_vec3){20, 20, 10},
                                       (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, SIDE / 4.0);
-        scene.planes[0].offset_mm = 17 - 4 * (i / 2);
+        scene.clip.planes[0].offset_mm = 17 - 4 * (i / 2);
         after = draw_after(r, &scene);
         fresh = draw_view(&s, &scene, NULL);
         assert_memory_equal(fresh.rgb, after.rgb, (size_t)SIDE * SIDE * 3);

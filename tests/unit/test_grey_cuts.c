@@ -132,7 +132,7 @@ TEST(pictures_show_values_at_their_places)
     const sc_affine coarse = {{{1.5, 0, 0, -9}, {0, 1.5, 0, -9}, {0, 0, 1.5, -9}}};
     const sc_grey grey = ramp_grey(&coarse, codes);
     SC_OWN(free_scene) small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 1);
-    sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
+    sc_scene scene = {.clip.count = 1, .clip.set_count = 1, .clip.sets = {1}};
 
     s.settings.width_px = s.settings.height_px = 100;
     s.settings.light = (sc_lighting){.method = SC_LIGHT_FLAT};
@@ -140,7 +140,7 @@ TEST(pictures_show_values_at_their_places)
     s.settings.grey_look = (sc_grey_look){{ramp((sc_vec3){20, 20, 20}), 400}, 1, 1, 0};
     scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
                                   SC_ORTHOGRAPHIC, 25);
-    scene.planes[0] = (sc_plane){{0, -1, 0}, 20};
+    scene.clip.planes[0] = (sc_plane){{0, -1, 0}, 20};
     for (int slice = 0; slice < 2; slice++) {
         SC_OWN(sc_image_clear) sc_image image = {0};
         int seen = 0;
@@ -181,12 +181,12 @@ TEST(the_share_mixes_colours_and_ends_at_the_image)
     sc_affine beside = {{{0.5, 0, 0, 20}, {0, 0.5, 0, 10}, {0, 0, 0.5, 10}}}; /* x from 20 mm on */
     const sc_grey grey = ramp_grey(&beside, codes);
     SC_OWN(free_scene) small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 1);
-    sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
+    sc_scene scene = {.clip.count = 1, .clip.set_count = 1, .clip.sets = {1}};
     SC_OWN(sc_image_clear) sc_image without = {0}, none = {0}, mixed = {0};
 
     scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
                                   SC_ORTHOGRAPHIC, 20);
-    scene.planes[0] = (sc_plane){{0, -1, 0}, 20.25};
+    scene.clip.planes[0] = (sc_plane){{0, -1, 0}, 20.25};
     without = draw_view(&s, &scene, NULL);
     s.settings.grey = &grey;
     s.settings.grey_look = (sc_grey_look){{300, 600}, 0, 0, 0};
@@ -221,7 +221,7 @@ TEST(lines_on_the_image_have_the_colours_of_tissues)
     const sc_affine same = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
     const sc_grey grey = ramp_grey(&same, codes);
     sc_volume volume = shape_volume(size, spacing, 1, 3, halves);
-    sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}, .slice = true};
+    sc_scene scene = {.clip.count = 1, .clip.set_count = 1, .clip.sets = {1}, .slice = true};
     small_scene s;
 
     for (int id = 1; id < 3; id++)
@@ -231,7 +231,7 @@ TEST(lines_on_the_image_have_the_colours_of_tissues)
     s.settings.cap_outline = 1;
     scene.camera = sc_camera_look((sc_vec3){19.5, 100, 20}, (sc_vec3){19.5, 20, 20},
                                   (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, 10);
-    scene.planes[0] = (sc_plane){{0, -1, 0}, 20.25};
+    scene.clip.planes[0] = (sc_plane){{0, -1, 0}, 20.25};
     for (int share = 0; share < 2; share++) {
         SC_OWN(sc_image_clear) sc_image image = {0};
         const int toward_x = scene.camera.right.x > 0 ? 1 : -1;
@@ -275,15 +275,15 @@ TEST(all_ways_to_draw_give_the_same_bits)
         s.settings.light.depth_cue = n & 1 ? 0.4 : 0;
         s.settings.grey = &grey;
         s.settings.grey_look = (sc_grey_look){{120, 700}, 0.7, 0.5, 0};
-        scene.plane_count = 1;
-        scene.planes[0] = (sc_plane){scene.camera.forward, 0};
-        scene.clip_set_count = 2;
-        scene.clip_sets[0] = scene.clip_sets[1] = 1;
+        scene.clip.count = 1;
+        scene.clip.planes[0] = (sc_plane){scene.camera.forward, 0};
+        scene.clip.set_count = 2;
+        scene.clip.sets[0] = scene.clip.sets[1] = 1;
         s.tissues[10].clip_set = 1;
         if (n & 4) {
             scene.camera = sc_camera_look((sc_vec3){0, 200, 0}, (sc_vec3){0}, (sc_vec3){0, 0, 1},
                                           SC_ORTHOGRAPHIC, 90);
-            scene.planes[0] = (sc_plane){{0, -1, 0}, 0};
+            scene.clip.planes[0] = (sc_plane){{0, -1, 0}, 0};
             scene.slice = true;
         }
         plain = draw_by_all_kernels(&s, &scene);

@@ -43,7 +43,7 @@ static sc_scene random_scene(uint64_t *seed, int n, sc_vec3 middle)
     sc_vec3 from = {random_real(seed, -60, 60), random_real(seed, -60, 60),
                     random_real(seed, -60, 60)};
     sc_scene scene = {
-        .plane_count = n % 4, .clip_mode = n & 1 ? SC_CLIP_CUT : SC_CLIP_KEEP, .clip_set_count = 2};
+        .clip.count = n % 4, .clip.mode = n & 1 ? SC_CLIP_CUT : SC_CLIP_KEEP, .clip.set_count = 2};
 
     if (n % 5 == 0)
         from = axes[n % 3];
@@ -51,16 +51,16 @@ static sc_scene random_scene(uint64_t *seed, int n, sc_vec3 middle)
         from = sc_vec3_scale(from, 0.1); /* inside the volume */
     scene.camera = sc_camera_look(sc_vec3_add(middle, from), middle, (sc_vec3){0, 0.1, 1},
                                   n % 3 ? SC_PERSPECTIVE : SC_ORTHOGRAPHIC, n % 3 ? 0.5 : 21);
-    for (int i = 0; i < scene.plane_count; i++) {
+    for (int i = 0; i < scene.clip.count; i++) {
         const sc_vec3 normal = {random_real(seed, -1, 1), random_real(seed, -1, 1),
                                 n % 6 == 0 ? 0 : random_real(seed, -1, 1)};
 
-        scene.planes[i].normal = sc_vec3_unit(normal);
-        scene.planes[i].offset_mm =
-            random_real(seed, -8, 8) - sc_vec3_dot(scene.planes[i].normal, middle);
+        scene.clip.planes[i].normal = sc_vec3_unit(normal);
+        scene.clip.planes[i].offset_mm =
+            random_real(seed, -8, 8) - sc_vec3_dot(scene.clip.planes[i].normal, middle);
     }
-    scene.clip_sets[0] = (1u << scene.plane_count) - 1;
-    scene.clip_sets[1] = scene.clip_sets[0] & 1;
+    scene.clip.sets[0] = (1u << scene.clip.count) - 1;
+    scene.clip.sets[1] = scene.clip.sets[0] & 1;
     return scene;
 }
 
@@ -360,13 +360,13 @@ TEST(cut_faces_are_solid)
     const double spacing[3] = {1, 1, 1};
     SC_OWN(free_scene)
     small_scene s = make_scene(shape_volume(size, spacing, 1, 2, large_ball), 0.1);
-    sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
+    sc_scene scene = {.clip.count = 1, .clip.set_count = 1, .clip.sets = {1}};
     sc_image image;
 
     s.settings.width_px = s.settings.height_px = 81;
     scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
                                   SC_ORTHOGRAPHIC, 20);
-    scene.planes[0] = (sc_plane){{0, -1, 0}, 20.25}; /* keeps the back half */
+    scene.clip.planes[0] = (sc_plane){{0, -1, 0}, 20.25}; /* keeps the back half */
     image = draw_view(&s, &scene, NULL);
     for (int x = 24; x <= 56; x++)
         assert_memory_equal(pixel(&image, x, 40), pixel(&image, 40, 40), 3);

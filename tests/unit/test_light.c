@@ -35,7 +35,7 @@ static small_scene plate_scene(double opacity, sc_scene *scene)
         volume.labels[1].rgb[i] = 200;
     s = make_scene(volume, opacity);
     s.settings.width_px = s.settings.height_px = 81;
-    *scene = (sc_scene){.clip_set_count = 1};
+    *scene = (sc_scene){.clip.set_count = 1};
     scene->camera = sc_camera_look((sc_vec3){40, 300, 40}, (sc_vec3){40, 20, 40},
                                    (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, 40.5);
     return s;
@@ -119,7 +119,7 @@ static small_scene ball_scene(double opacity, sc_scene *scene)
     small_scene s = make_scene(cube_volume(41, 2, large_ball), opacity);
 
     s.settings.width_px = s.settings.height_px = 101;
-    *scene = (sc_scene){.clip_set_count = 1};
+    *scene = (sc_scene){.clip.set_count = 1};
     scene->camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20},
                                    (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, 20);
     return s;
@@ -189,7 +189,7 @@ TEST(edges_have_even_shades_from_rays_that_are_marched_once)
 {
     sc_volume volume = cube_volume(41, 2, solid);
     small_scene s;
-    sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
+    sc_scene scene = {.clip.count = 1, .clip.set_count = 1, .clip.sets = {1}};
     sc_render_stats full, adaptive, single;
     sc_image a, b;
     int seen[6] = {0};
@@ -201,8 +201,9 @@ TEST(edges_have_even_shades_from_rays_that_are_marched_once)
     s.settings.width_px = s.settings.height_px = 81;
     scene.camera = sc_camera_look((sc_vec3){20, 300, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
                                   SC_ORTHOGRAPHIC, 12);
-    scene.planes[0].normal = sc_vec3_unit((sc_vec3){0.2371, 0, -1});
-    scene.planes[0].offset_mm = -sc_vec3_dot(scene.planes[0].normal, (sc_vec3){20, 20, 20.1});
+    scene.clip.planes[0].normal = sc_vec3_unit((sc_vec3){0.2371, 0, -1});
+    scene.clip.planes[0].offset_mm =
+        -sc_vec3_dot(scene.clip.planes[0].normal, (sc_vec3){20, 20, 20.1});
     s.settings.sampling.samples = 5;
     a = draw_view(&s, &scene, &full);
     s.settings.sampling.everywhere = false;
@@ -236,7 +237,7 @@ TEST(cut_faces_have_outlines_where_tissues_meet)
 {
     sc_volume volume = cube_volume(41, 3, halves);
     small_scene s;
-    sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
+    sc_scene scene = {.clip.count = 1, .clip.set_count = 1, .clip.sets = {1}};
     SC_OWN(sc_image_clear) sc_image image = {0};
     int dark = 0;
 
@@ -249,7 +250,7 @@ TEST(cut_faces_have_outlines_where_tissues_meet)
     s.settings.cap_outline = 0.8;
     scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
                                   SC_ORTHOGRAPHIC, 20);
-    scene.planes[0] = (sc_plane){{0, -1, 0}, 20.25};
+    scene.clip.planes[0] = (sc_plane){{0, -1, 0}, 20.25};
     image = draw_view(&s, &scene, NULL);
     for (int y = 150; y < 250; y++)
         dark += brightness(&image, 200, y) < 450;
@@ -265,9 +266,9 @@ TEST(cut_faces_are_lit_and_have_a_rim)
     SC_OWN(free_scene) small_scene s = ball_scene(1, &scene);
     SC_OWN(sc_image_clear) sc_image lit = {0}, dim = {0}, flat = {0};
 
-    scene.plane_count = 1;
-    scene.clip_sets[0] = 1;
-    scene.planes[0] = (sc_plane){{0, -1, 0}, 20.25};
+    scene.clip.count = 1;
+    scene.clip.sets[0] = 1;
+    scene.clip.planes[0] = (sc_plane){{0, -1, 0}, 20.25};
     lit = draw_view(&s, &scene, NULL);
     s.settings.light.key = 0.2;
     dim = draw_view(&s, &scene, NULL);
@@ -290,13 +291,13 @@ TEST(thin_walls_keep_their_colour_on_cut_faces)
 {
     SC_OWN(free_scene)
     small_scene s = make_scene(cube_volume(61, 2, block_and_wall), 1);
-    sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
+    sc_scene scene = {.clip.count = 1, .clip.set_count = 1, .clip.sets = {1}};
     SC_OWN(sc_image_clear) sc_image image = {0};
 
     s.settings.width_px = s.settings.height_px = 122; /* two pixels a voxel */
     scene.camera = sc_camera_look((sc_vec3){30, 30, 200}, (sc_vec3){30, 30, 30}, (sc_vec3){0, 1, 0},
                                   SC_ORTHOGRAPHIC, 30.5);
-    scene.planes[0] = (sc_plane){{0, 0, -1}, 30.25};
+    scene.clip.planes[0] = (sc_plane){{0, 0, -1}, 30.25};
     image = draw_view(&s, &scene, NULL);
     for (int x = 94; x < 98; x++)
         assert_true(brightness(&image, x, 60) > brightness(&image, 40, 60) - 6);
@@ -315,14 +316,14 @@ static int rim_px(int picture_px)
 {
     SC_OWN(free_scene)
     small_scene s = make_scene(cube_volume(33, 2, coarse_block), 1);
-    sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
+    sc_scene scene = {.clip.count = 1, .clip.set_count = 1, .clip.sets = {1}};
     SC_OWN(sc_image_clear) sc_image image = {0};
     int middle, begin = picture_px / 10, end = begin, dark = 0;
 
     s.settings.width_px = s.settings.height_px = picture_px;
     scene.camera = sc_camera_look((sc_vec3){16, 16, 100}, (sc_vec3){16, 16, 16}, (sc_vec3){0, 1, 0},
                                   SC_ORTHOGRAPHIC, 8.5);
-    scene.planes[0] = (sc_plane){{0, 0, -1}, 16.25};
+    scene.clip.planes[0] = (sc_plane){{0, 0, -1}, 16.25};
     image = draw_view(&s, &scene, NULL);
     middle = brightness(&image, begin, picture_px / 2);
     while (end < picture_px && brightness(&image, end, picture_px / 2) > 340 &&
@@ -356,7 +357,7 @@ TEST(tissue_at_the_border_of_the_volume_ends_in_a_flat_face)
 
     for (int i = 0; i < 2; i++) {
         SC_OWN(free_scene) small_scene s = make_scene(cube_volume(41, 2, bar), 1);
-        sc_scene scene = {.clip_set_count = 1};
+        sc_scene scene = {.clip.set_count = 1};
         SC_OWN(sc_image_clear) sc_image image = {0};
 
         s.settings.width_px = s.settings.height_px = 101;
@@ -386,7 +387,7 @@ TEST(faces_at_the_border_of_the_volume_have_a_rim)
 
     for (int occlusion = 0; occlusion < 2; occlusion++) {
         SC_OWN(free_scene) small_scene s = make_scene(cube_volume(41, 2, dome), 1);
-        sc_scene scene = {.clip_set_count = 1};
+        sc_scene scene = {.clip.set_count = 1};
         SC_OWN(sc_image_clear) sc_image image = {0};
         int middle;
 

@@ -411,7 +411,7 @@ TEST(light_passes_what_does_not_hide)
     const int middle[3] = {30, 10, 30}, wall[3] = {30, 45, 30}, own[3] = {30, 20, 30},
               radius[3] = {4, 4, 4}, thin[3] = {20, 2, 20};
     const sc_vec3 point_mm = {30, 10, 30};
-    sc_scene scene = {.clip_set_count = 1};
+    sc_scene scene = {.clip.set_count = 1};
 
     begin_volume(&f, 3);
     fill(&f, 1, middle, radius, true);
@@ -424,16 +424,17 @@ TEST(light_passes_what_does_not_hide)
         assert_true(sc_light_of(&a, &f.volume.to_ras_mm, &scene, 1, point_mm) <= 0.01);
         f.tissues[2].opacity = 0.5;
         assert_near(sc_light_of(&a, &f.volume.to_ras_mm, &scene, 1, point_mm), 0.25, 1e-9);
-        scene.clip_sets[0] = 1;
-        scene.plane_count = 1;
-        scene.planes[0] = (sc_plane){{0, -1, 0}, 35}; /* keeps y up to 35: not the wall */
+        scene.clip.sets[0] = 1;
+        scene.clip.count = 1;
+        scene.clip.planes[0] = (sc_plane){{0, -1, 0}, 35}; /* keeps y up to 35: not the wall */
         assert_near(sc_light_of(&a, &f.volume.to_ras_mm, &scene, 1, point_mm), 1, 1e-9);
-        scene.planes[0] = (sc_plane){{0, -1, 0}, 45}; /* a cut face in the middle of the wall */
+        scene.clip.planes[0] =
+            (sc_plane){{0, -1, 0}, 45}; /* a cut face in the middle of the wall */
         assert_true(sc_light_of(&a, &f.volume.to_ras_mm, &scene, 1, point_mm) <= 0.01);
-        scene.planes[0] = (sc_plane){{0, -1, 0}, 8}; /* the point itself is taken away */
+        scene.clip.planes[0] = (sc_plane){{0, -1, 0}, 8}; /* the point itself is taken away */
         assert_true(sc_light_of(&a, &f.volume.to_ras_mm, &scene, 1, point_mm) <= 0);
-        scene.plane_count = 0;
-        scene.clip_sets[0] = 0;
+        scene.clip.count = 0;
+        scene.clip.sets[0] = 0;
     }
 }
 

@@ -33,7 +33,7 @@ static sc_scene scene_from(double distance, double height_mm)
 {
     const sc_vec3 middle = {MIDDLE, MIDDLE, MIDDLE};
 
-    return (sc_scene){.clip_set_count = 1,
+    return (sc_scene){.clip.set_count = 1,
                       .camera = sc_camera_look((sc_vec3){MIDDLE, MIDDLE + distance, MIDDLE}, middle,
                                                (sc_vec3){0, 0, 1}, SC_PERSPECTIVE,
                                                height_mm / distance / 2)};
@@ -167,7 +167,7 @@ static int balls(double x, double y, double z)
 TEST(balls_on_all_sides_are_seen_in_their_directions)
 {
     small_scene s = make_scene(cube_volume(SIDE, 7, balls), 1);
-    sc_scene scene = {.clip_set_count = 1};
+    sc_scene scene = {.clip.set_count = 1};
     SC_OWN(sc_image_clear) sc_image image = {0};
     double covered = 0, voxels = 0, angle = asin(9.0 / 20);
     int wrong = 0;

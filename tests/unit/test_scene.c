@@ -539,7 +539,7 @@ TEST(what_differs_between_scenes_is_told)
     static const float half[] = {1, 0.5f}, one[] = {1, 1};
     static const float red[][3] = {{0, 0, 0}, {1, 0, 0}};
     static const sc_vec3 moved[] = {{0, 0, 0}, {0, 0, 1}};
-    const sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .fades = one};
+    const sc_scene scene = {.clip.count = 1, .clip.set_count = 1, .fades = one};
     sc_scene other = scene;
 
 #define EXPECT_CHANGE(what, bit)                                                                   \
@@ -552,9 +552,9 @@ TEST(what_differs_between_scenes_is_told)
     EXPECT_CHANGE(other.frame = 7, 0); /* what is written over the picture */
     EXPECT_CHANGE(other.camera.position_mm.x = 1, SC_CHANGED_CAMERA);
     EXPECT_CHANGE(other.camera.half_height = 1, SC_CHANGED_CAMERA);
-    EXPECT_CHANGE(other.planes[0].offset_mm = 1, SC_CHANGED_CUTS);
-    EXPECT_CHANGE(other.planes[1].offset_mm = 1, 0); /* there is none */
-    EXPECT_CHANGE(other.clip_sets[0] = 1, SC_CHANGED_CUTS);
+    EXPECT_CHANGE(other.clip.planes[0].offset_mm = 1, SC_CHANGED_CUTS);
+    EXPECT_CHANGE(other.clip.planes[1].offset_mm = 1, 0); /* there is none */
+    EXPECT_CHANGE(other.clip.sets[0] = 1, SC_CHANGED_CUTS);
     EXPECT_CHANGE(other.point_mm.z = 1, SC_CHANGED_CUTS);
     EXPECT_CHANGE(other.look.light.ambient = 1, SC_CHANGED_LIGHT);
     EXPECT_CHANGE(other.look.light.depth_cue = 1, SC_CHANGED_LIGHT);

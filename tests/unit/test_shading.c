@@ -11,7 +11,7 @@
 TEST(shading_is_smooth)
 {
     SC_OWN(free_scene) small_scene s = make_scene(cube_volume(41, 2, large_ball), 1);
-    sc_scene scene = {.clip_set_count = 1};
+    sc_scene scene = {.clip.set_count = 1};
     SC_OWN(sc_image_clear) sc_image image = {0};
 
     s.settings.width_px = s.settings.height_px = 201;
@@ -70,7 +70,7 @@ static void check_shading_along_a_seam(double strength)
 {
     const sc_vec3 middle = {24, 24, 24};
     SC_OWN(free_scene) small_scene s = make_scene(cube_volume(49, 3, bent_seam), 1);
-    sc_scene scene = {.clip_set_count = 1};
+    sc_scene scene = {.clip.set_count = 1};
     sc_vec3 axes[3];
     SC_OWN(sc_image_clear) sc_image image = {0};
 
@@ -113,7 +113,7 @@ TEST(the_back_of_a_tissue_is_lit_evenly_beside_a_narrow_gap)
 {
     sc_volume volume = cube_volume(41, 3, plate_before_block);
     small_scene s;
-    sc_scene scene = {.clip_set_count = 1};
+    sc_scene scene = {.clip.set_count = 1};
     double sum = 0, squares = 0, variance;
     SC_OWN(sc_image_clear) sc_image image = {0};
 

@@ -178,16 +178,16 @@ TEST(a_sweep_is_monotone_and_reaches_both_ends)
         .normal = {1, 0, 0},
         .at_track = {2, {{.at = 0, .value = {-5, 0, 0}}, {.at = 1, .value = {5, 0, 0}}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
-    assert_near(sc_timeline_scene(&t, 0, NULL).planes[0].offset_mm, 25,
+    assert_near(sc_timeline_scene(&t, 0, NULL).clip.planes[0].offset_mm, 25,
                 1e-9); /* the anterior face of the box, y = 25 */
-    assert_near(sc_timeline_scene(&t, 49, NULL).planes[0].offset_mm, 25 - 36, 1e-9);
-    assert_near(sc_timeline_scene(&t, 0, NULL).planes[1].offset_mm, 5, 1e-9);
-    assert_near(sc_timeline_scene(&t, 49, NULL).planes[1].offset_mm, -5, 1e-9);
+    assert_near(sc_timeline_scene(&t, 49, NULL).clip.planes[0].offset_mm, 25 - 36, 1e-9);
+    assert_near(sc_timeline_scene(&t, 0, NULL).clip.planes[1].offset_mm, 5, 1e-9);
+    assert_near(sc_timeline_scene(&t, 49, NULL).clip.planes[1].offset_mm, -5, 1e-9);
     for (int k = 1; k < 50; k++)
-        assert_true(sc_timeline_scene(&t, k, NULL).planes[0].offset_mm <=
-                    sc_timeline_scene(&t, k - 1, NULL).planes[0].offset_mm);
-    assert_near(sc_timeline_scene(&t, 9, NULL).planes[0].offset_mm, 25, 1e-9);
-    assert_near(sc_timeline_scene(&t, 40, NULL).planes[0].offset_mm, 25 - 36, 1e-9);
+        assert_true(sc_timeline_scene(&t, k, NULL).clip.planes[0].offset_mm <=
+                    sc_timeline_scene(&t, k - 1, NULL).clip.planes[0].offset_mm);
+    assert_near(sc_timeline_scene(&t, 9, NULL).clip.planes[0].offset_mm, 25, 1e-9);
+    assert_near(sc_timeline_scene(&t, 40, NULL).clip.planes[0].offset_mm, 25 - 36, 1e-9);
 }
 
 /* A plane cuts from a key frame that is true until one that is false. */
@@ -209,17 +209,17 @@ TEST(a_plane_cuts_while_it_is_active)
         const sc_scene scene = sc_timeline_scene(&t, k, NULL);
         const bool cuts = k >= 3 && k <= 6;
 
-        assert_int_equal(scene.plane_count, cuts ? 2 : 1);
-        assert_near(scene.planes[scene.plane_count - 1].normal.z, 1, 0);
-        assert_int_equal(scene.clip_sets[0], cuts ? 3 : 1);
-        assert_int_equal(scene.clip_sets[1], cuts ? 1 : 0);
+        assert_int_equal(scene.clip.count, cuts ? 2 : 1);
+        assert_near(scene.clip.planes[scene.clip.count - 1].normal.z, 1, 0);
+        assert_int_equal(scene.clip.sets[0], cuts ? 3 : 1);
+        assert_int_equal(scene.clip.sets[1], cuts ? 1 : 0);
     }
     /* The first key frame holds from the beginning. */
     a.sweeps[0].active_track = (sc_track){
         3, {{.at = 0.2, .value = {1, 0, 0}}, {.at = 0.4}, {.at = 0.7, .value = {1, 0, 0}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     for (int k = 0; k <= 10; k++)
-        assert_int_equal(sc_timeline_scene(&t, k, NULL).cuts, k < 4 || k >= 7 ? 3 : 2);
+        assert_int_equal(sc_timeline_scene(&t, k, NULL).clip.which, k < 4 || k >= 7 ? 3 : 2);
 }
 
 /* Tissues are excepted from a plane from one key frame of its exceptions to the next. */
@@ -235,8 +235,8 @@ TEST(exceptions_of_a_plane_change_at_their_key_frames)
     t.clip_sets[1].spares[1] = 1u << 0 | 1u << 2;
     t.clip_set_count = 2;
     for (int k = 0; k <= 10; k++) {
-        assert_int_equal(sc_timeline_scene(&t, k, NULL).clip_sets[0], 3);
-        assert_int_equal(sc_timeline_scene(&t, k, NULL).clip_sets[1], k >= 4 && k < 8 ? 3 : 1);
+        assert_int_equal(sc_timeline_scene(&t, k, NULL).clip.sets[0], 3);
+        assert_int_equal(sc_timeline_scene(&t, k, NULL).clip.sets[1], k >= 4 && k < 8 ? 3 : 1);
     }
 }
 
@@ -273,20 +273,21 @@ TEST(a_plane_turns_about_its_line)
     for (int k = 0; k < FRAMES; k++) {
         const double turned = (k <= 5 ? k : 10 - k) * 18 * M_PI / 180;
 
-        plane = sc_timeline_scene(&t, k, NULL).planes[1];
+        plane = sc_timeline_scene(&t, k, NULL).clip.planes[1];
         assert_near(plane.normal.x, sin(turned), 1e-12);
         assert_near(plane.normal.y, -cos(turned), 1e-12);
         /* the line stays where it is: 15 mm on the side that is removed */
         assert_near(sc_vec3_dot(plane.normal, line_mm) + plane.offset_mm, -15, 1e-12);
-        assert_near(sc_timeline_scene(&t, k, NULL).planes[0].normal.y, -1, 0); /* the other stays */
+        assert_near(sc_timeline_scene(&t, k, NULL).clip.planes[0].normal.y, -1,
+                    0); /* the other stays */
     }
     moves[0].verb.line.has_axis = moves[1].verb.line.has_axis =
         false; /* upwards, unless it is across */
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
-    assert_near(sc_timeline_scene(&t, 5, NULL).planes[1].normal.x, 1, 1e-12);
+    assert_near(sc_timeline_scene(&t, 5, NULL).clip.planes[1].normal.x, 1, 1e-12);
     a.sweeps[1].normal = (sc_vec3){0, 0, 1};
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
-    assert_near(sc_timeline_scene(&t, 5, NULL).planes[1].normal.x, 1, 1e-12);
+    assert_near(sc_timeline_scene(&t, 5, NULL).clip.planes[1].normal.x, 1, 1e-12);
 }
 
 TEST(easing_begins_at_0_and_ends_at_1)
@@ -483,14 +484,14 @@ TEST(planes_follow_their_key_frames)
     a.sweeps[2].has_point = true;
     a.sweeps[2].point_mm = (sc_vec3){7, 8, 9};
     sc_timeline_resolve(&a, ends, SC_COUNT_OF(ends), 1, &t);
-    assert_near(sc_timeline_scene(&t, 0, NULL).planes[0].offset_mm, -110, 1e-9);
-    assert_near(sc_timeline_scene(&t, 25, NULL).planes[0].offset_mm, -120, 1e-9);
-    assert_near(sc_timeline_scene(&t, 50, NULL).planes[0].offset_mm, -130, 1e-9);
-    assert_near(sc_timeline_scene(&t, 100, NULL).planes[0].offset_mm, -140, 1e-9);
+    assert_near(sc_timeline_scene(&t, 0, NULL).clip.planes[0].offset_mm, -110, 1e-9);
+    assert_near(sc_timeline_scene(&t, 25, NULL).clip.planes[0].offset_mm, -120, 1e-9);
+    assert_near(sc_timeline_scene(&t, 50, NULL).clip.planes[0].offset_mm, -130, 1e-9);
+    assert_near(sc_timeline_scene(&t, 100, NULL).clip.planes[0].offset_mm, -140, 1e-9);
     for (int k = 0; k < FRAMES; k++) {
         const double turned = k < 25 ? 0 : k > 75 ? 1 : (k - 25) / 50.0;
-        const sc_plane plane = sc_timeline_scene(&t, k, NULL).planes[1],
-                       about = sc_timeline_scene(&t, k, NULL).planes[2];
+        const sc_plane plane = sc_timeline_scene(&t, k, NULL).clip.planes[1],
+                       about = sc_timeline_scene(&t, k, NULL).clip.planes[2];
 
         assert_near(plane.normal.x, cos(turned * M_PI / 2), 1e-12);
         assert_near(plane.normal.y, sin(turned * M_PI / 2), 1e-12);
