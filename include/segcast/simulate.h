@@ -80,6 +80,15 @@ typedef enum sc_sim_limit {
 /** @return a few words for it, such as "encoding on rank 0". */
 const char *sc_sim_limit_words(sc_sim_limit limit);
 
+/** For how many seconds the parts of a machine were busy. */
+typedef struct sc_sim_busy {
+    double draw;    /**< sum over all ranks of the time in which they drew or encoded GOPs */
+    double accept;  /**< rank 0: in which it encoded frames */
+    double gather;  /**< sum over all encoders: in which they encoded frames */
+    double message; /**< rank 0: in which its main thread handled messages */
+    double link;    /**< the busiest link of the network */
+} sc_sim_busy;
+
 /** The outcome of a simulated run. Times are in seconds. */
 typedef struct sc_sim_result {
     double wall_s; /**< the sum of the next six */
@@ -89,17 +98,13 @@ typedef struct sc_sim_result {
     /** work_cpu_s over the core time of all ranks (ranks * threads): of the whole wall time, and of
      *  the farm alone. */
     double efficiency, farm_efficiency;
-    double draw_busy_s;    /**< sum over all ranks of the time in which they drew or encoded GOPs */
-    double accept_busy_s;  /**< in which rank 0 encoded frames */
-    double gather_busy_s;  /**< sum over all encoders: in which they encoded frames */
-    double message_busy_s; /**< in which its main thread handled messages */
-    double link_busy_s;    /**< of the busiest link of the network */
-    double window_wait_s;  /**< sum over all ranks: without a unit because the window was full */
-    double end_wait_s;     /**< sum over all ranks: from the last unit's end to that of the farm */
-    long units;            /**< work units handed out */
-    int encoders;          /**< the most GOPs that were gathered at a time */
-    int window;            /**< frames that rank 0 can hold */
-    int held;              /**< the most frames that were finished and not yet accepted */
+    sc_sim_busy busy_s;
+    double window_wait_s; /**< sum over all ranks: without a unit because the window was full */
+    double end_wait_s;    /**< sum over all ranks: from the last unit's end to that of the farm */
+    long units;           /**< work units handed out */
+    int encoders;         /**< the most GOPs that were gathered at a time */
+    int window;           /**< frames that rank 0 can hold */
+    int held;             /**< the most frames that were finished and not yet accepted */
     sc_sim_limit limit;
 } sc_sim_result;
 

@@ -50,7 +50,7 @@ void sc_sim_encoded(sim_farm *f, int rank)
     const double seconds = f->now_s - frame->begin_s;
     const double bytes = frame->ends_gop ? f->film->frame_file_bytes * f->film->gop_frames : 0;
 
-    f->out->gather_busy_s += seconds;
+    f->out->busy_s.gather += seconds;
     sc_sim_push(&f->events,
                 (sim_event){.time_s = f->now_s + 2 * f->machine->notice_s + f->machine->latency_s +
                                       sc_sim_transfer_s(f->machine, rank, 0, bytes),

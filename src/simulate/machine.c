@@ -71,13 +71,13 @@ void sc_sim_phases(const sc_sim_film *film, const sc_sim_machine *m, sc_sim_resu
 /* @return what limits the farm, whose cores are not busy. */
 static sc_sim_limit farm_limit(const sc_sim_result *r)
 {
-    if (r->accept_busy_s > BUSY * r->farm_s)
+    if (r->busy_s.accept > BUSY * r->farm_s)
         return SC_SIM_ENCODING;
-    if (r->link_busy_s > BUSY * r->farm_s)
+    if (r->busy_s.link > BUSY * r->farm_s)
         return SC_SIM_NETWORK;
-    if (r->message_busy_s > BUSY * r->farm_s)
+    if (r->busy_s.message > BUSY * r->farm_s)
         return SC_SIM_MESSAGES;
-    if (r->encoders > 0 && r->gather_busy_s > BUSY * r->farm_s * r->encoders)
+    if (r->encoders > 0 && r->busy_s.gather > BUSY * r->farm_s * r->encoders)
         return SC_SIM_GATHERING;
     return r->window_wait_s > r->end_wait_s ? SC_SIM_WINDOW : SC_SIM_UNITS;
 }

@@ -176,7 +176,7 @@ void sc_sim_drawn(sim_farm *f, int rank, long generation)
 
     if (generation != r->drawing.generation)
         return;
-    f->out->draw_busy_s += f->now_s - r->begin_s;
+    f->out->busy_s.draw += f->now_s - r->begin_s;
     r->row_s = (f->now_s - r->begin_s) / rows_of(f, &done);
     r->units[0] = r->units[1];
     r->in_hand--;

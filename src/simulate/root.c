@@ -32,8 +32,8 @@ void sc_sim_arrive(sim_farm *f, const sim_event *e)
     *free_s = begin_s + (e->rank != target ? m->message_s : 0) +
               (transfer_s > copy_s ? transfer_s : copy_s);
     if (target == 0) {
-        f->out->message_busy_s += *free_s - begin_s;
-        f->out->link_busy_s += transfer_s;
+        f->out->busy_s.message += *free_s - begin_s;
+        f->out->busy_s.link += transfer_s;
     }
     handled.kind = SIM_HANDLED;
     handled.time_s = *free_s;
@@ -56,7 +56,7 @@ void sc_sim_accepted(sim_farm *f)
     const double took_s = f->now_s - f->accept_begin_s;
 
     f->accepted++;
-    f->out->accept_busy_s += took_s;
+    f->out->busy_s.accept += took_s;
     f->encoded_s += took_s;
     f->encoded++;
     sc_sim_push(&f->events,

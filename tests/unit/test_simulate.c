@@ -47,7 +47,7 @@ TEST(equal_frames_take_their_share)
     assert_near(r.wall_s, 2, 1e-9);
     assert_near(r.frames_per_s, 4, 1e-9);
     assert_near(r.efficiency, 1, 1e-9);
-    assert_near(r.draw_busy_s, 8, 1e-9);
+    assert_near(r.busy_s.draw, 8, 1e-9);
     assert_int_equal(r.units, 8);
     assert_int_equal(r.limit, SC_SIM_DRAWING);
     machine.threads = 2;
@@ -177,7 +177,7 @@ TEST(a_costly_last_frame_is_waited_for_or_split)
     r = simulate(&film, &machine);
     assert_true(r.farm_s >= 7.5 && r.farm_s < 7.5 + 2 * 1.6);
     film.band_rows = 4; /* seven bands of 16 rows and one of 8 cost 4 more each */
-    assert_near(simulate(&film, &machine).draw_busy_s, 15 * (120 + 8 * 4) / 120.0, 1e-9);
+    assert_near(simulate(&film, &machine).busy_s.draw, 15 * (120 + 8 * 4) / 120.0, 1e-9);
 }
 
 TEST(rank_0_encodes_one_frame_after_the_other)
@@ -190,7 +190,7 @@ TEST(rank_0_encodes_one_frame_after_the_other)
     film.encode_wall_s = 0.5; /* by some other device: it needs no core */
     r = simulate(&film, &machine);
     assert_near(r.farm_s, 1 + 40 * 0.5, 1e-9);
-    assert_near(r.accept_busy_s, 20, 1e-9);
+    assert_near(r.busy_s.accept, 20, 1e-9);
     assert_int_equal(r.limit, SC_SIM_ENCODING);
     assert_true(r.held > 20);
     film.gops = 4; /* GOPs of ten frames: four ranks draw and encode one each */
@@ -217,13 +217,13 @@ TEST(gathered_gops_are_encoded_side_by_side)
     film.gathered = 4;
     r = simulate(&film, &machine); /* 8 ranks draw, and the last of 40 frames is encoded */
     assert_true(r.farm_s >= 5.5 - 1e-9 && r.farm_s < 8 + 1e-9);
-    assert_near(r.gather_busy_s, 20, 1e-9);
-    assert_near(r.accept_busy_s, 0, 1e-9);
+    assert_near(r.busy_s.gather, 20, 1e-9);
+    assert_near(r.busy_s.accept, 0, 1e-9);
     assert_in_range(r.encoders, 1, 4);
     film.gathered = 3; /* rank 0 draws and encodes ten frames at first */
     r = simulate(&film, &machine);
-    assert_near(r.gather_busy_s, 15, 1e-9);
-    assert_near(r.accept_busy_s, 5, 1e-9);
+    assert_near(r.busy_s.gather, 15, 1e-9);
+    assert_near(r.busy_s.accept, 5, 1e-9);
     /* one rank draws, which is the only encoder, too; it has one core for both */
     film.gathered = 4;
     film.encode_cpu_s = 0.5;
@@ -284,7 +284,7 @@ TEST(messages_and_pixels_take_their_time)
     machine.link_bytes_per_s = frame_bytes; /* a frame a second, 99 of which come from others */
     r = simulate(&film, &machine);
     assert_near(r.farm_s, 0.1 + 99, 1e-6);
-    assert_near(r.link_busy_s, 99, 1e-6);
+    assert_near(r.busy_s.link, 99, 1e-6);
     assert_int_equal(r.limit, SC_SIM_NETWORK);
     machine.switches[0] = (sc_sim_switch){10, 0}; /* nodes 0 to 9 share a switch, no limit above */
     machine.switches[1] = (sc_sim_switch){100, frame_bytes / 2};
@@ -296,7 +296,7 @@ TEST(messages_and_pixels_take_their_time)
     assert_near(simulate(&film, &machine).farm_s, 0.1, 1e-6);
     machine.message_s = 0.01; /* 99 results, and two requests of each rank */
     r = simulate(&film, &machine);
-    assert_true(r.message_busy_s > 99 * 0.01 * 2);
+    assert_true(r.busy_s.message > 99 * 0.01 * 2);
     assert_int_equal(r.limit, SC_SIM_MESSAGES);
 }
 
