@@ -163,19 +163,8 @@ typedef struct sc_payload {
     size_t bytes;
 } sc_payload;
 
-/** What to draw, and the callbacks. The same on all ranks, pointers apart. */
-typedef struct sc_farm {
-    int width_px, height_px;
-    bool alpha; /**< frames are pictures with alpha: see sc_image */
-    sc_partition partition;
-    const int *frames; /**< numbers of the frames to draw one by one, rising */
-    int frame_count;
-    const int *gops; /**< numbers of the first frames of the GOPs to draw whole, rising */
-    int gop_count;
-    bool gather; /**< GOPs are gathered (all have gop_frames frames); not with a single rank */
-    int encoders_most; /**< so many GOPs are gathered at a time at most; 0: there is no limit */
-    int gop_frames;    /**< length of a GOP; the last one of the animation may be shorter */
-    int total_frames;  /**< length of the animation */
+/** The callbacks of a farm. */
+typedef struct sc_farm_calls {
     /** Draw rows [row, row + rows) of frame @p frame into @p image, which is that of the whole
      *  frame and whose other rows hold anything. @p result has frame and wait_s and is zero
      *  otherwise; times and numbers are for draw to fill, rank and hash for the farm. After an
@@ -183,8 +172,6 @@ typedef struct sc_farm {
      *  error on all ranks. Threads: a worker thread of any rank, one call at a time on each. */
     sc_status (*draw)(void *user, int frame, int row, int rows, sc_image *image,
                       sc_frame_result *result);
-    bool share_frames;      /**< ranks on rank 0's node draw into its memory, if there is room */
-    bool spoils_other_rows; /**< draw may write to rows that it was not asked for */
     /** Draw @p count frames from number @p first on and encode them. Fills @p results [count],
      *  frames and hashes included; they are zero before, but for the first one's wait_s. Puts bytes
      *  into @p out, whose memory the farm takes ownership of, or leaves it empty if it fails or
@@ -198,10 +185,10 @@ typedef struct sc_farm {
      * draw, one call at a time on each. NULL if nothing is gathered. */
     sc_status (*encode_frame)(void *user, int first, int count, const sc_frame_result *result,
                               const sc_image *image, sc_payload *out);
-    /** Accept a finished frame, in the order of `frames`; after a stop also frames of gathered GOPs
-     *  that could not be finished, in any order. After an error nothing more is accepted,
-     *  and the farm ends with it. Threads: on rank 0, a worker thread of its own, never at the same
-     *  time as accept_gop. */
+    /** Accept a finished frame, in the order of sc_farm.frames; after a stop also frames of
+     * gathered GOPs that could not be finished, in any order. After an error nothing more is
+     * accepted, and the farm ends with it. Threads: on rank 0, a worker thread of its own, never at
+     * the same time as accept_gop. */
     sc_status (*accept_frame)(void *user, const sc_frame_result *result, const sc_image *image);
     /** Accept a finished GOP, in any order; otherwise as accept_frame. */
     sc_status (*accept_gop)(void *user, const sc_frame_result *results, int count,
@@ -209,13 +196,31 @@ typedef struct sc_farm {
     /** Called on rank 0's main thread several times a second, with the numbers of frames that are
      *  accepted and that this farm has, those of GOPs included. NULL is allowed. */
     void (*on_progress)(void *user, int done, int total);
+    void *user; /**< the first argument of all */
+} sc_farm_calls;
+
+/** What to draw, and what to call. The same on all ranks, pointers apart. */
+typedef struct sc_farm {
+    int width_px, height_px;
+    bool alpha; /**< frames are pictures with alpha: see sc_image */
+    sc_partition partition;
+    const int *frames; /**< numbers of the frames to draw one by one, rising */
+    int frame_count;
+    const int *gops; /**< numbers of the first frames of the GOPs to draw whole, rising */
+    int gop_count;
+    bool gather; /**< GOPs are gathered (all have gop_frames frames); not with a single rank */
+    int encoders_most; /**< so many GOPs are gathered at a time at most; 0: there is no limit */
+    int gop_frames;    /**< length of a GOP; the last one of the animation may be shorter */
+    int total_frames;  /**< length of the animation */
+    bool share_frames; /**< ranks on rank 0's node draw into its memory, if there is room */
+    bool spoils_other_rows; /**< draw may write to rows that it was not asked for */
     /** Not NULL. Once it is not 0 on any rank, no more is handed out. Signal handlers and any
      *  thread may set it; it stays borrowed. */
     const atomic_int *stop;
     /** Rank 0: end before this time of sc_wall_s, judged by the measured cost of work units; 0: no
      *  limit. */
     double deadline_s;
-    void *user; /**< the first argument of all callbacks */
+    sc_farm_calls calls;
 } sc_farm;
 
 /** Memory that a farm holds for frames and messages, in bytes. */

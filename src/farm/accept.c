@@ -11,7 +11,7 @@ static sc_status accept_frame(const sc_farm *farm, sc_frame_slot *slot)
         return slot->drawn;
     if (slot->in_bands)
         slot->result.hash = sc_image_hash(&slot->image);
-    return farm->accept_frame(farm->user, &slot->result, &slot->image);
+    return farm->calls.accept_frame(farm->calls.user, &slot->result, &slot->image);
 }
 
 void sc_accept_task_run(void *user, sc_task *task)
@@ -27,7 +27,8 @@ void sc_accept_task_run(void *user, sc_task *task)
     if (accept->is_gop) {
         const sc_gop *gop = (const sc_gop *)accept;
 
-        accept->status = farm->accept_gop(farm->user, gop->results, gop->count, &gop->payload);
+        accept->status =
+            farm->calls.accept_gop(farm->calls.user, gop->results, gop->count, &gop->payload);
     } else {
         accept->status = accept_frame(farm, (sc_frame_slot *)accept);
     }

@@ -12,8 +12,8 @@ static void draw_gop(const sc_farm *farm, sc_draw_task *task)
     memset(task->results, 0, (size_t)count * sizeof *task->results);
     task->results[0].wait_s = task->task.waited_s;
     task->payload = (sc_payload){0};
-    task->status = farm->draw_gop(farm->user, farm->gops[task->unit.index], count, task->results,
-                                  &task->payload);
+    task->status = farm->calls.draw_gop(farm->calls.user, farm->gops[task->unit.index], count,
+                                        task->results, &task->payload);
 }
 
 /* A frame or band: draw its rows into task->image; only a whole frame that was drawn is hashed. */
@@ -23,7 +23,8 @@ static void draw_rows(const sc_farm *farm, sc_draw_task *task)
     const int frame = sc_farm_frame(farm, unit);
 
     task->result = (sc_frame_result){.frame = frame, .wait_s = task->task.waited_s};
-    task->status = farm->draw(farm->user, frame, unit->row, unit->rows, task->image, &task->result);
+    task->status = farm->calls.draw(farm->calls.user, frame, unit->row, unit->rows, task->image,
+                                    &task->result);
     if (task->status == SC_OK && unit->kind == SC_UNIT_FRAME)
         task->result.hash = sc_image_hash(task->image);
 }

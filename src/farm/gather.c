@@ -92,8 +92,8 @@ static void encode(void *user, sc_task *task)
     if (frame->in_bands)
         result->hash = sc_image_hash(&frame->image);
     if (g->encoded == SC_OK)
-        g->encoded = g->farm->encode_frame(g->farm->user, gop->first, gop->count, result,
-                                           &frame->image, &gop->payload);
+        g->encoded = g->farm->calls.encode_frame(g->farm->calls.user, gop->first, gop->count,
+                                                 result, &frame->image, &gop->payload);
     frame->status = g->encoded;
 }
 

@@ -569,8 +569,8 @@ static void serve(server *s)
         hand_out(s);
         s->times->gather_wall_s += busy ? sc_wall_s() - begin_s : 0;
         s->times->gather_cpu_s += sc_thread_cpu_s() - begin_cpu_s;
-        if (s->farm->on_progress && begin_s > told_s + PROGRESS_INTERVAL_S) {
-            s->farm->on_progress(s->farm->user, s->frames_accepted, total);
+        if (s->farm->calls.on_progress && begin_s > told_s + PROGRESS_INTERVAL_S) {
+            s->farm->calls.on_progress(s->farm->calls.user, s->frames_accepted, total);
             told_s = begin_s;
         }
         if (busy) {

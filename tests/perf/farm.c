@@ -130,7 +130,7 @@ static double frame_s(const load *l, int frame)
     return l->varied ? l->draw_s * (0.5 + (frame * 7919L % 1000 + 0.5) / 1000) : l->draw_s;
 }
 
-/* Draw nothing: sleep as long as drawing would take. See sc_farm.draw. */
+/* Draw nothing: sleep as long as drawing would take. See sc_farm_calls.draw. */
 static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
                       sc_frame_result *result)
 {
@@ -142,7 +142,7 @@ static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
     return SC_OK;
 }
 
-/* Count the frame. See sc_farm.accept_frame. */
+/* Count the frame. See sc_farm_calls.accept_frame. */
 static sc_status accept_frame(void *user, const sc_frame_result *result, const sc_image *image)
 {
     ((load *)user)->accepted++;
@@ -159,10 +159,10 @@ static int run(sc_comm *comm, load *l, int frames)
                     .partition = SC_PARTITION_FRAMES,
                     .frame_count = frames,
                     .share_frames = l->varied,
-                    .draw = draw,
-                    .accept_frame = accept_frame,
+                    .calls.draw = draw,
+                    .calls.accept_frame = accept_frame,
                     .stop = &l->stop,
-                    .user = l};
+                    .calls.user = l};
     int *numbers = malloc((size_t)frames * sizeof *numbers);
     sc_farm_times times;
     sc_status status;

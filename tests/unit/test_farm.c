@@ -355,16 +355,16 @@ static sc_status run(probe *p, const int *frames, int count)
                           .gop_count = p->gops,
                           .gop_frames = 4,
                           .total_frames = 106,
-                          .draw_gop = draw_gop,
-                          .accept_gop = accept_gop,
+                          .calls.draw_gop = draw_gop,
+                          .calls.accept_gop = accept_gop,
                           .deadline_s = p->deadline_s,
                           .frames = frames,
                           .frame_count = count,
-                          .draw = draw,
-                          .accept_frame = accept_frame,
-                          .on_progress = note_progress,
+                          .calls.draw = draw,
+                          .calls.accept_frame = accept_frame,
+                          .calls.on_progress = note_progress,
                           .stop = &p->stop,
-                          .user = p};
+                          .calls.user = p};
     sc_status status;
 
     assert_ok(sc_comm_open(&quiet, false, &comm));

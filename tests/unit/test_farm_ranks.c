@@ -163,13 +163,13 @@ static void run_rank(sc_comm *comm, void *user)
                           .total_frames = TOTAL,
                           .share_frames = s->shares,
                           .spoils_other_rows = s->spoils,
-                          .draw = draw,
-                          .draw_gop = draw_gop,
-                          .encode_frame = encode_frame,
-                          .accept_frame = accept_frame,
-                          .accept_gop = accept_gop,
+                          .calls.draw = draw,
+                          .calls.draw_gop = draw_gop,
+                          .calls.encode_frame = encode_frame,
+                          .calls.accept_frame = accept_frame,
+                          .calls.accept_gop = accept_gop,
                           .stop = &s->stop,
-                          .user = s};
+                          .calls.user = s};
     sc_farm_times times;
 
     for (int i = 0; i < FRAMES; i++)
@@ -319,7 +319,7 @@ static void gather_without_end(sc_comm *comm, void *user)
                           .gop_count = 2,
                           .gather = true,
                           .gop_frames = GOP_FRAMES,
-                          .encode_frame = fail_to_encode,
+                          .calls.encode_frame = fail_to_encode,
                           .stop = &no_stop};
     static const char rows[WIDTH_PX * HEIGHT_PX * 3];
     char inbox[sizeof(sc_result_message) + sizeof rows];

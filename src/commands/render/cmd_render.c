@@ -361,17 +361,17 @@ static sc_status run_farm(sc_run *run, sc_farm_times *times)
                           .encoders_most = run->plan.encoders_most,
                           .gop_frames = run->plan.gop_frames,
                           .total_frames = job->animation.frames,
-                          .draw = sc_run_draw,
+                          .calls.draw = sc_run_draw,
                           .share_frames = job->farm.share,
                           .spoils_other_rows = sc_job_has_views(job),
-                          .draw_gop = sc_run_draw_gop,
-                          .encode_frame = sc_run_encode_frame,
-                          .accept_frame = sc_run_accept_frame,
-                          .accept_gop = sc_run_accept_gop,
-                          .on_progress = sc_run_on_progress,
+                          .calls.draw_gop = sc_run_draw_gop,
+                          .calls.encode_frame = sc_run_encode_frame,
+                          .calls.accept_frame = sc_run_accept_frame,
+                          .calls.accept_gop = sc_run_accept_gop,
+                          .calls.on_progress = sc_run_on_progress,
                           .stop = run->stop,
                           .deadline_s = run->clock.deadline_s,
-                          .user = run};
+                          .calls.user = run};
     sc_status status;
 
     sc_stage_begin(app->ctx, SC_STAGE_DRAWING, (uint64_t)run->plan.kept,

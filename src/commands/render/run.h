@@ -167,7 +167,7 @@ void sc_run_draw_heat(sc_run *run, const char *path, sc_heat *out);
 
 /* ---- run_report.c: progress and timing records ---- */
 
-/* For sc_farm.on_progress: note how many frames are done. */
+/* For sc_farm_calls.on_progress: note how many frames are done. */
 void sc_run_on_progress(void *user, int done, int total);
 /* For sc_display_watch, with a run as user whose directory may be written to: write status.json. */
 void sc_run_watch(void *user, const sc_stage_view *view);

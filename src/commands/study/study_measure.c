@@ -63,12 +63,12 @@ static sc_status draw_once(visit *v, int count)
                           .frame_count = count,
                           .gop_frames = 1,
                           .total_frames = job->animation.frames,
-                          .draw = draw,
+                          .calls.draw = draw,
                           .share_frames = job->farm.share,
                           .spoils_other_rows = sc_job_has_views(job),
-                          .accept_frame = accept_frame,
+                          .calls.accept_frame = accept_frame,
                           .stop = sc_signals_catch_stop(),
-                          .user = v};
+                          .calls.user = v};
     sc_farm_times times = {0};
     double wall_s, cpu_s, energy_j;
 
