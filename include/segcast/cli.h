@@ -84,15 +84,26 @@ typedef struct sc_settings {
     size_t default_count;
 } sc_settings;
 
+/** How much of the machine may be used. */
+typedef struct sc_limits {
+    int threads;               /**< --threads or SEGCAST_THREADS; 0: not given */
+    uint64_t max_memory_bytes; /**< --max-memory or SEGCAST_MAX_MEMORY; 0: not given */
+} sc_limits;
+
+/** Texts that sc_options_clear frees. */
+typedef struct sc_owned_texts {
+    char *all[SC_SETTINGS_MAX]; /**< [count] */
+    size_t count;
+} sc_owned_texts;
+
 /** The command line as read. Pointers lead into argv, into static text, or into owned[]. NULL:
  * not given. */
 typedef struct sc_options {
     const char *input;         /**< the argument: a job, volume, directory, command or key */
     const char *const *inputs; /**< all arguments, of a command that takes several: [input_count] */
     int input_count;
-    const char *output;        /**< -o */
-    int threads;               /**< --threads or SEGCAST_THREADS; 0: not given */
-    uint64_t max_memory_bytes; /**< --max-memory or SEGCAST_MAX_MEMORY; 0: not given */
+    const char *output; /**< -o */
+    sc_limits limits;
     bool json, quiet, resume, overwrite;
     bool scan;     /**< the command reads all voxels, and tells all mistakes against them */
     bool no_video; /**< the command makes no video, even if the job names one */
@@ -104,8 +115,7 @@ typedef struct sc_options {
     sc_help_options help;
     sc_desk_options desk;
     sc_settings settings;
-    char *owned[SC_SETTINGS_MAX]; /**< texts that sc_options_clear frees */
-    size_t owned_count;
+    sc_owned_texts owned;
 } sc_options;
 
 /** What a command gets: the business of whoever makes the table of commands. */

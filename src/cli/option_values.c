@@ -13,11 +13,11 @@
  * out its characters. */
 static sc_status own(const sc_ctx *ctx, sc_options *options, sc_text *text, const char **out)
 {
-    if (options->owned_count == SC_SETTINGS_MAX) {
+    if (options->owned.count == SC_SETTINGS_MAX) {
         sc_text_clear(text);
         return sc_fail(ctx, SC_ERR_USAGE, "more than %d settings", SC_SETTINGS_MAX);
     }
-    options->owned[options->owned_count++] = text->data;
+    options->owned.all[options->owned.count++] = text->data;
     *out = text->data;
     return SC_OK;
 }
@@ -129,7 +129,7 @@ sc_status sc_options_set_threads(const sc_ctx *ctx, sc_options *options, const c
     long threads = 0;
 
     SC_PASS(read_number(ctx, name, value, 1, 4096, &threads));
-    options->threads = (int)threads;
+    options->limits.threads = (int)threads;
     return SC_OK;
 }
 
@@ -168,7 +168,7 @@ sc_status sc_options_set_max_memory(const sc_ctx *ctx, sc_options *options, cons
     if (end == value || *end || !(bytes >= 1 && bytes <= 1e18))
         return sc_fail(ctx, SC_ERR_USAGE, "%s is \"%s\", expected a size such as 8G or 500M", name,
                        value);
-    options->max_memory_bytes = (uint64_t)bytes;
+    options->limits.max_memory_bytes = (uint64_t)bytes;
     return SC_OK;
 }
 

@@ -247,7 +247,7 @@ sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int arg
 
 void sc_options_clear(sc_options *options)
 {
-    for (size_t i = 0; i < options->owned_count; i++)
-        sc_free(options->owned[i]);
+    for (size_t i = 0; i < options->owned.count; i++)
+        sc_free(options->owned.all[i]);
     *options = (sc_options){0};
 }

@@ -39,9 +39,9 @@ static sc_status execute(sc_app *app, int argc, char **argv)
     SC_PASS(sc_read_command_line(app, ctx, command, argc, argv));
     app->terminal->quiet = options->quiet;
     app->ctx->memory_max_bytes =
-        options->max_memory_bytes ? options->max_memory_bytes : sc_machine_memory();
+        options->limits.max_memory_bytes ? options->limits.max_memory_bytes : sc_machine_memory();
     sc_signals_tell(is_root, app->terminal->is_tty);
-    app->threads = options->threads ? options->threads : sc_default_threads();
+    app->threads = options->limits.threads ? options->limits.threads : sc_default_threads();
     app->ctx->threads = app->threads;
     if (options->help.help)
         status = is_root ? sc_print_command_help(ctx, command, stdout) : SC_OK;

@@ -31,7 +31,7 @@ static sc_status conclude(const sc_app *app, job_plan *plan)
                                  .cores = cores,
                                  .memory_bytes = sc_machine_memory(),
                                  .ranks = o->plan.ranks,
-                                 .threads = o->threads};
+                                 .threads = o->limits.threads};
     const int run_count = o->plan.nodes ? 1 : RUNS;
 
     plan->draw_cpu_s = plan->probe.draw_cpu_s * job->animation.frames;
@@ -40,7 +40,7 @@ static sc_status conclude(const sc_app *app, job_plan *plan)
     for (int i = 0; i < run_count; i++) {
         plan->runs[i] =
             sc_plan_run_on(job, &plan->probe, o->plan.nodes ? o->plan.nodes : usual_nodes[i],
-                           o->plan.ranks ? o->plan.ranks : 1, cores, o->threads);
+                           o->plan.ranks ? o->plan.ranks : 1, cores, o->limits.threads);
         SC_PASS(sc_plan_simulate(app->ctx, job, &plan->probe, &plan->costs, cores, &plan->runs[i]));
     }
     plan->disk = sc_plan_disk_of(job, &plan->probe, plan->runs[0].threads);
