@@ -78,6 +78,14 @@ typedef struct sc_name_plan {
     sc_name_place places[]; /**< [frames][count] */
 } sc_name_plan;
 
+/** The lists of overlays. */
+typedef struct sc_overlay_lists {
+    sc_caption *captions; /**< [caption_count], owned */
+    size_t caption_count;
+    sc_named_tissue *tissues; /**< [tissue_count], owned; of an sc_tissue_use each */
+    size_t tissue_count;
+} sc_overlay_lists;
+
 /** Which overlays a film has. Members that hold an enum are of type int, as in job.h. */
 typedef struct sc_overlays {
     char font[64];        /**< family */
@@ -92,10 +100,7 @@ typedef struct sc_overlays {
 /** All that the overlays of a film follow from. Borrows everything. */
 typedef struct sc_annotations {
     const sc_overlays *overlays;
-    const sc_caption *captions; /**< [caption_count] */
-    size_t caption_count;
-    const sc_named_tissue *chosen; /**< [chosen_count], of an sc_tissue_use each */
-    size_t chosen_count;
+    sc_overlay_lists lists;
     const sc_prepared *volume; /**< of which only labels, geometry and statistics are read, and by
                                     sc_annotations_plan_names the ids */
     const sc_tissue *tissues;  /**< [label_count] */

@@ -222,14 +222,6 @@ typedef struct sc_verb_options {
     size_t tissue_count;
 } sc_verb_options;
 
-/** The lists of overlays. */
-typedef struct sc_overlay_lists {
-    sc_caption *captions; /**< [caption_count], owned */
-    size_t caption_count;
-    sc_named_tissue *tissues; /**< [tissue_count], owned; of an sc_tissue_use each */
-    size_t tissue_count;
-} sc_overlay_lists;
-
 /** The shots of a film, and the duration of its animation. */
 typedef struct sc_film_options {
     struct sc_shot *shots; /**< [shot_count], owned: then the film consists of them,

@@ -6,7 +6,7 @@ bool sc_annotations_any(const sc_annotations *annotations)
 {
     const sc_overlays *o = annotations->overlays;
 
-    return o->logo[0] || annotations->card || annotations->caption_count || o->time ||
+    return o->logo[0] || annotations->card || annotations->lists.caption_count || o->time ||
            o->scale_bar || o->color_bar || o->orientation || o->legend ||
            sc_annotations_names(annotations);
 }

@@ -99,7 +99,7 @@ static double highest_px(const sc_annotations *a, double size_px)
 static sc_status add_beginning(const sc_ctx *ctx, const sc_annotations *a, int index, sc_font *font,
                                double size_px, sc_line_list *list)
 {
-    const sc_caption *caption = &a->captions[index];
+    const sc_caption *caption = &a->lists.captions[index];
     const int fit = (int)(highest_px(a, size_px) / ceil(1.3 * size_px));
     const int room = fit < 1 ? 1 : fit < SC_CAPTION_LINES_MAX ? fit : SC_CAPTION_LINES_MAX;
     sc_text_line lines[SC_CAPTION_LINES_MAX];
@@ -113,7 +113,7 @@ static sc_status add_beginning(const sc_ctx *ctx, const sc_annotations *a, int i
 static sc_status add_caption(const sc_ctx *ctx, const sc_annotations *a, int index, sc_font *font,
                              sc_line_list *list)
 {
-    const sc_caption *caption = &a->captions[index];
+    const sc_caption *caption = &a->lists.captions[index];
     const double full_px = SIZE * sc_text_px(a), least_px = SMALLEST * full_px;
     double size_px = full_px;
     const double width = width_at(a, caption->place);
@@ -142,7 +142,7 @@ sc_status sc_add_captions(const sc_ctx *ctx, const sc_annotations *a, sc_font *f
 {
     sc_status status = SC_OK;
 
-    for (size_t i = 0; i < a->caption_count; i++) {
+    for (size_t i = 0; i < a->lists.caption_count; i++) {
         const sc_status one = add_caption(ctx, a, (int)i, font, list);
 
         if (one != SC_OK && one != SC_ERR_DATA)
@@ -156,7 +156,7 @@ sc_status sc_add_captions(const sc_ctx *ctx, const sc_annotations *a, sc_font *f
 static void draw_caption(sc_drawing *d, int index)
 {
     const sc_lettering *lettering = d->a->lettering;
-    const int place = d->a->captions[index].place, column = (place - SC_PLACE_TOP_LEFT) % 3;
+    const int place = d->a->lists.captions[index].place, column = (place - SC_PLACE_TOP_LEFT) % 3;
     const sc_word *words[SC_CAPTION_LINES_MAX];
     int count = 0, width = 0;
     sc_viewport room;
@@ -182,8 +182,8 @@ static void draw_caption(sc_drawing *d, int index)
 
 void sc_draw_captions(sc_drawing *d, double at)
 {
-    for (size_t i = 0; i < d->a->caption_count; i++) {
-        if (sc_caption_is_shown(&d->a->captions[i], at))
+    for (size_t i = 0; i < d->a->lists.caption_count; i++) {
+        if (sc_caption_is_shown(&d->a->lists.captions[i], at))
             draw_caption(d, (int)i);
     }
 }

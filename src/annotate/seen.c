@@ -63,8 +63,8 @@ static bool is_before(const sc_prepared *volume, int a, int b)
 
 bool sc_annotations_names(const sc_annotations *annotations)
 {
-    for (size_t i = 0; i < annotations->chosen_count; i++) {
-        if (annotations->chosen[i].of == SC_USE_NAMES)
+    for (size_t i = 0; i < annotations->lists.tissue_count; i++) {
+        if (annotations->lists.tissues[i].of == SC_USE_NAMES)
             return true;
     }
     return false;
@@ -78,11 +78,11 @@ static int find_wanted(const sc_annotations *a, sc_tissue_use use, bool *is_want
     bool is_listed = false;
     int count = 0;
 
-    for (size_t i = 0; i < a->chosen_count; i++) {
-        const sc_pattern pattern = sc_pattern_of(a->chosen[i].pattern);
+    for (size_t i = 0; i < a->lists.tissue_count; i++) {
+        const sc_pattern pattern = sc_pattern_of(a->lists.tissues[i].pattern);
         const sc_match best = sc_pattern_match(volume->labels, volume->label_count, &pattern);
 
-        if (a->chosen[i].of != (int)use)
+        if (a->lists.tissues[i].of != (int)use)
             continue;
         is_listed = true;
         for (int id = 1; id < volume->label_count && best != SC_MATCH_NONE; id++)

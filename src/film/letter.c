@@ -10,10 +10,7 @@ sc_annotations sc_panel_annotations(const sc_panel *panel)
     const sc_job *job = &panel->job;
     const int *size_px = job->output.size_px;
     sc_annotations out = {.overlays = &job->overlays,
-                          .captions = job->overlay_lists.captions,
-                          .caption_count = job->overlay_lists.caption_count,
-                          .chosen = job->overlay_lists.tissues,
-                          .chosen_count = job->overlay_lists.tissue_count,
+                          .lists = job->overlay_lists,
                           .volume = &panel->volume,
                           .tissues = panel->looks.tissues,
                           .timeline = &panel->timeline,

@@ -39,8 +39,8 @@ static void begin_film(film *f, size_t captions)
     f->scene.camera = sc_camera_look((sc_vec3){0, 400, 0}, (sc_vec3){0, 0, 0}, (sc_vec3){0, 0, 1},
                                      SC_ORTHOGRAPHIC, 90);
     f->annotations = (sc_annotations){.overlays = &f->overlays,
-                                      .captions = f->captions,
-                                      .caption_count = captions,
+                                      .lists.captions = f->captions,
+                                      .lists.caption_count = captions,
                                       .timeline = &f->timeline,
                                       .within = {0, 0, WIDTH, HEIGHT},
                                       .fps = 25};
@@ -193,7 +193,7 @@ TEST(text_can_be_read_on_any_background)
         begin_film(&f, 1);
         strcpy(f.captions[0].text, "A caption");
         f.overlays.scale_bar = is_bar ? SC_PLACE_TOP_LEFT : SC_PLACE_NONE;
-        f.annotations.caption_count = !is_bar;
+        f.annotations.lists.caption_count = !is_bar;
         f.scene.dark_text = !dark;
         letter_film(&f);
         for (int level = 0; level < 256; level += 51) {
@@ -359,18 +359,18 @@ TEST(a_legend_shows_what_is_seen_now)
  * not matter. */
 TEST(a_legend_shows_chosen_tissues)
 {
-    const sc_named_tissue chosen[] = {{.of = SC_USE_LEGEND, .pattern = "tissue_4"},
-                                      {.of = SC_USE_NAMES, .pattern = "tissue_1"},
-                                      {.of = SC_USE_LEGEND, .pattern = "4"}, /* the label */
-                                      {.of = SC_USE_LEGEND, .pattern = "*_5"}};
+    sc_named_tissue chosen[] = {{.of = SC_USE_LEGEND, .pattern = "tissue_4"},
+                                {.of = SC_USE_NAMES, .pattern = "tissue_1"},
+                                {.of = SC_USE_LEGEND, .pattern = "4"}, /* the label */
+                                {.of = SC_USE_LEGEND, .pattern = "*_5"}};
     SC_OWN(end_film) film f = {0};
 
     begin_film(&f, 0);
     add_tissues(&f, 5);
     f.overlays.legend = SC_PLACE_TOP_LEFT;
     f.overlays.names_percent = 4;
-    f.annotations.chosen = chosen;
-    f.annotations.chosen_count = SC_COUNT_OF(chosen);
+    f.annotations.lists.tissues = chosen;
+    f.annotations.lists.tissue_count = SC_COUNT_OF(chosen);
     f.tissues[5].visible = false; /* it has no row though it is chosen */
     letter_film(&f);
     for (int id = 1; id <= 5; id++) {

@@ -101,8 +101,8 @@ static void begin_film(film *f, uint64_t seed)
     f->overlays = (sc_overlays){.font = "DejaVu Sans", .text_percent = 3, .names_percent = 3};
     f->chosen = (sc_named_tissue){.of = SC_USE_NAMES, .pattern = "*"};
     f->annotations = (sc_annotations){.overlays = &f->overlays,
-                                      .chosen = &f->chosen,
-                                      .chosen_count = 1,
+                                      .lists.tissues = &f->chosen,
+                                      .lists.tissue_count = 1,
                                       .volume = &f->volume,
                                       .tissues = f->tissues,
                                       .timeline = &f->timeline,
@@ -279,7 +279,7 @@ TEST(names_leave_room_for_what_is_written_over_all)
             snprintf(overlays.font, sizeof overlays.font, "%s", f.overlays.font);
             over = f.annotations;
             over.overlays = &overlays;
-            over.chosen_count = 0;
+            over.lists.tissue_count = 0;
             assert_ok(sc_annotations_letter(&quiet, &over, &legend));
             over.lettering = legend;
             scene = sc_timeline_scene(&f.timeline, 0, NULL);
@@ -625,9 +625,9 @@ TEST(lines_keep_clear_of_a_wide_legend)
                                   SC_PLACE_BOTTOM_RIGHT};
 
     for (int corner = 0; corner < 4; corner++) {
-        static const sc_named_tissue chosen[] = {{.of = SC_USE_NAMES, .pattern = "?"},
-                                                 {.of = SC_USE_NAMES, .pattern = "??"},
-                                                 {.of = SC_USE_LEGEND, .pattern = "a*"}};
+        static sc_named_tissue chosen[] = {{.of = SC_USE_NAMES, .pattern = "?"},
+                                           {.of = SC_USE_NAMES, .pattern = "??"},
+                                           {.of = SC_USE_LEGEND, .pattern = "a*"}};
         static film f;
         const sc_viewport *taken;
         sc_scene scene;
@@ -641,8 +641,8 @@ TEST(lines_keep_clear_of_a_wide_legend)
         for (int id = 1; id < LABELS; id++)
             snprintf(f.labels[id].name, sizeof f.labels[id].name,
                      id < 16 ? "a tissue of which a long name is known, number %d" : "%d", id);
-        f.annotations.chosen = chosen;
-        f.annotations.chosen_count = 3;
+        f.annotations.lists.tissues = chosen;
+        f.annotations.lists.tissue_count = 3;
         assert_ok(sc_annotations_letter(&quiet, &f.annotations, &f.lettering));
         f.annotations.lettering = f.lettering;
         plan_film(&f, 2);
