@@ -254,6 +254,13 @@ typedef struct sc_key_lines {
     char clip[SC_PLANES_MAX][SC_WHERE_BYTES]; /**< of each plane of animation.clip */
 } sc_key_lines;
 
+/** The light of a job. */
+typedef struct sc_light_options {
+    sc_lighting constant;
+    sc_light_tracks tracks; /**< which replace members of it */
+    sc_environment environment;
+} sc_light_options;
+
 /** A job. Plain data but for its arrays, so that it can be sent to other ranks. */
 typedef struct sc_job {
     sc_volume_options volume;
@@ -268,9 +275,7 @@ typedef struct sc_job {
     sc_grey_options image;
     sc_output output;
     sc_render_options render;
-    sc_lighting light;
-    sc_light_tracks light_tracks; /**< key frames, which replace values of light */
-    sc_environment environment;
+    sc_light_options light;
     sc_animation animation;
     sc_verb_options verbs;
     sc_overlays overlays;

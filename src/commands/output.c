@@ -54,7 +54,7 @@ static sc_status pass_on_looks(const sc_input_visit *visit, const sc_job *job)
 {
     SC_PASS(
         pass_on(visit, "table of values", job->given.color_by ? job->color_by.table : NULL, false));
-    SC_PASS(pass_on(visit, "environment", job->environment.file, false));
+    SC_PASS(pass_on(visit, "environment", job->light.environment.file, false));
     return pass_on(visit, "logo", job->overlays.logo, false);
 }
 

@@ -136,7 +136,7 @@ static sc_status follow(sc_desk *desk, const sc_edits *edits)
     }
     replace(desk, next);
     desk->is_nudged = false;
-    desk->is_lit = next->job.light.method < SC_LIGHT_GLOBAL;
+    desk->is_lit = next->job.light.constant.method < SC_LIGHT_GLOBAL;
     if (desk->frame >= next->job.animation.frames)
         desk->frame = next->job.animation.frames - 1;
     return SC_OK;

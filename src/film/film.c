@@ -165,10 +165,11 @@ static bool draws_alike(const sc_panel *a, const sc_panel *b)
 
     return a->phases && a->input == b->input &&
            are_same_bytes(&a->job.render, &b->job.render, sizeof a->job.render) &&
-           are_same_bytes(&a->job.light, &b->job.light, sizeof a->job.light) &&
-           a->job.environment.turn_deg == b->job.environment.turn_deg &&
-           !strcmp(a->job.environment.file, b->job.environment.file) &&
-           are_same_bytes(&a->job.light_tracks, &b->job.light_tracks, sizeof a->job.light_tracks) &&
+           are_same_bytes(&a->job.light.constant, &b->job.light.constant,
+                          sizeof a->job.light.constant) &&
+           a->job.light.environment.turn_deg == b->job.light.environment.turn_deg &&
+           !strcmp(a->job.light.environment.file, b->job.light.environment.file) &&
+           are_same_bytes(&a->job.light.tracks, &b->job.light.tracks, sizeof a->job.light.tracks) &&
            are_same_bytes(&grey->caps, &other->caps, sizeof grey->caps) &&
            are_same_bytes(&grey->slices, &other->slices, sizeof grey->slices) &&
            sc_track_most(&grey->backdrop_track, grey->backdrop) ==

@@ -99,10 +99,10 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .skip = (sc_skip)job->render.skip,
         .cpu = sc_cpu_names[job->render.cpu],
         .sampling.samples = samples[job->render.quality],
-        .sampling.lens_samples =
-            job->animation.camera.optics.aperture_mm > 0 || job->light.method == SC_LIGHT_PATH
-                ? 4 << samples[job->render.quality]
-                : 0,
+        .sampling.lens_samples = job->animation.camera.optics.aperture_mm > 0 ||
+                                         job->light.constant.method == SC_LIGHT_PATH
+                                     ? 4 << samples[job->render.quality]
+                                     : 0,
         .sampling.to_the_end = !job->render.early_termination,
         .sampling.everywhere = job->render.quality == SC_QUALITY_STILL,
         .step_voxels = job->render.step_voxels,
@@ -112,9 +112,9 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .grey = panel->grey.grey.codes ? &panel->grey.grey : NULL,
         .grey_look = {panel->grey.window, job->image.shown.caps, job->image.shown.slices,
                       sc_track_most(&job->image.shown.backdrop_track, job->image.shown.backdrop)},
-        .light = sc_light_of_all(&job->light, &job->light_tracks),
+        .light = sc_light_of_all(&job->light.constant, &job->light.tracks),
         .environment = panel->environment.rgb ? &panel->environment : NULL,
-        .environment_turn_deg = job->environment.turn_deg,
+        .environment_turn_deg = job->light.environment.turn_deg,
         .local_thickness = (job->render.auto_opacity & SC_OPACITY_LOCAL) != 0,
         .opacity_rule = sc_job_opacity_rule(job),
         .work.tile_px = job->farm.tile_px,
@@ -193,11 +193,12 @@ static void tell_kernel(const sc_app *app, const sc_panel *panel)
 
 sc_status sc_environment_load(const sc_ctx *ctx, const sc_job *job, sc_panorama *out)
 {
-    const sc_lighting all = sc_light_of_all(&job->light, &job->light_tracks);
+    const sc_lighting all = sc_light_of_all(&job->light.constant, &job->light.tracks);
 
     if (all.method != SC_LIGHT_FLAT && !(all.ambient + all.key + all.head > 0))
         sc_warn(ctx, "light.ambient, light.key and light.head are 0: all tissues are black");
-    return job->environment.file[0] ? sc_panorama_load(ctx, job->environment.file, out) : SC_OK;
+    return job->light.environment.file[0] ? sc_panorama_load(ctx, job->light.environment.file, out)
+                                          : SC_OK;
 }
 
 sc_status sc_panel_environment(sc_app *app, sc_panel *panel)
@@ -211,7 +212,7 @@ sc_status sc_panel_environment(sc_app *app, sc_panel *panel)
     if (sc_comm_rank(app->comm) == 0)
         status = sc_environment_load(app->ctx, &panel->job, map);
     SC_PASS(sc_comm_agree(app->comm, status));
-    if (!panel->job.environment.file[0])
+    if (!panel->job.light.environment.file[0])
         return SC_OK;
     pixels = map->rgb;
     sc_comm_broadcast(app->comm, map, sizeof *map);
@@ -334,7 +335,7 @@ sc_status sc_panels_gather(sc_app *app, sc_session *session)
         light_frames f = {.lit = NULL};
 
         if (!panel->renderers || panel->borrows_renderers ||
-            panel->job.light.method != SC_LIGHT_GLOBAL)
+            panel->job.light.constant.method != SC_LIGHT_GLOBAL)
             continue;
         for (int j = i; j < session->panel_count; j++) {
             if (session->panels[j].renderers == panel->renderers)

@@ -411,9 +411,9 @@ static sc_status check_together(const sc_ctx *ctx, const sc_yaml *root, const sc
     const sc_orbit *camera = &job->animation.camera;
     const bool compares = job->given.compare, slices = job->animation.slices.are_shown;
     const bool all_around = camera->projection == SC_EQUIRECTANGULAR;
-    const bool has_shadows =
-        job->render.surface == SC_SURFACE_SMOOTH &&
-        (job->light.method == SC_LIGHT_GLOBAL || job->light.method == SC_LIGHT_PATH);
+    const bool has_shadows = job->render.surface == SC_SURFACE_SMOOTH &&
+                             (job->light.constant.method == SC_LIGHT_GLOBAL ||
+                              job->light.constant.method == SC_LIGHT_PATH);
     const struct {
         bool is_made;
         const char *key, *text;
@@ -595,8 +595,8 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     if (!sc_job_is_phantom(job->image.path))
         (void)sc_goes_on(
             &status, resolve_key(ctx, sources, root, "image.path", SC_PATH_INPUT, job->image.path));
-    (void)sc_goes_on(
-        &status, resolve_or_first(ctx, sources, root, "light.environment", job->environment.file));
+    (void)sc_goes_on(&status, resolve_or_first(ctx, sources, root, "light.environment",
+                                               job->light.environment.file));
     (void)sc_goes_on(&status, check_color_by(ctx, root, job));
     (void)sc_goes_on(&status, resolve_subjects(ctx, sources, root, job));
     (void)sc_goes_on(&status, check_compare(ctx, root, job));

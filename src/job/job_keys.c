@@ -146,11 +146,10 @@ static const sc_key render_keys[] = {
 
 /* ---- light ---- */
 
-#define LIGHT(member) offsetof(sc_lighting, member)
+#define LIGHT(member) offsetof(sc_light_options, member)
 /* A strength of the light, which may have key frames. */
 #define STRENGTH(member)                                                                           \
-    &sc_type_tracked, LIGHT(member),                                                               \
-        .track = offsetof(sc_job, light_tracks.member) - offsetof(sc_job, light.member)
+    &sc_type_tracked, LIGHT(constant.member), .track = LIGHT(tracks.member) - LIGHT(constant.member)
 
 static const sc_choice light_methods[] = {{"plain", SC_LIGHT_PLAIN},
                                           {"global", SC_LIGHT_GLOBAL},
@@ -159,7 +158,7 @@ static const sc_choice light_methods[] = {{"plain", SC_LIGHT_PLAIN},
                                           {NULL, 0}};
 
 static const sc_key light_keys[] = {
-    {"method", &sc_type_choice, LIGHT(method), "plain",
+    {"method", &sc_type_choice, LIGHT(constant.method), "plain",
      .help =
          "plain: lamps that move with the camera, and cavities darkened by how much around them is "
          "filled; global: a soft lamp and a sky that stand to the body, whose light also comes by "
@@ -170,15 +169,14 @@ static const sc_key light_keys[] = {
     {"ambient", STRENGTH(ambient), .fallback = "0.12",
      .help = "strength of the light from everywhere; with method: global from the sky", .low = 0,
      .high = 2},
-    {"environment", &sc_type_environment, offsetof(sc_job, environment) - offsetof(sc_job, light),
-     NULL,
+    {"environment", &sc_type_environment, LIGHT(environment), NULL,
      .help = "a Radiance file (.hdr), a picture of all directions in place of the sky, twice as "
              "wide as high, whose middle stands before the body; for method: global and path. Its "
              "brightness is that of the sky, whatever its exposure. {room.hdr: 90}: it is turned "
              "by 90 degrees about the axis of the body, to its right",
      .bytes = SC_PATH_BYTES, .low = -360, .high = 360, .outside_identity = true,
      .without = "the sky"},
-    {"lamp", &sc_type_lamp, LIGHT(lamp), NULL,
+    {"lamp", &sc_type_lamp, LIGHT(constant.lamp), NULL,
      .help = "a rectangular lamp in place of the disc, for method: global and path, as far away as "
              "the sky: where its middle stands, counted as camera.orbit.angle and elevation, and "
              "how wide and high it is seen. camera: it moves with the camera, is behind it at "
@@ -194,8 +192,8 @@ static const sc_key light_keys[] = {
      .low = 0, .high = 2},
     {"occlusion", STRENGTH(occlusion), .fallback = "1", .help = "how dark cavities are", .low = 0,
      .high = 1},
-    {"shadows", &sc_type_tracked_strength, LIGHT(shadows), "false",
-     .track = offsetof(sc_job, light_tracks.shadows) - offsetof(sc_job, light.shadows),
+    {"shadows", &sc_type_tracked_strength, LIGHT(constant.shadows), "false",
+     .track = LIGHT(tracks.shadows) - LIGHT(constant.shadows),
      .help = "soft shadows of the key light: true, or how dark they are", .low = 0, .high = 1},
     {"edges", STRENGTH(edges), .fallback = "0.5",
      .help = "how much opacity grows where a surface is seen from the side", .low = 0, .high = 1},

@@ -190,7 +190,7 @@ static void set_from_job(const char *skip, sc_render_settings *s)
     SC_OWN(sc_job_clear) sc_job job = {0};
 
     must(sc_job_load(&ctx, &sources, &job));
-    s->light = job.light;
+    s->light = job.light.constant;
     s->skip = (sc_skip)job.render.skip;
 }
 

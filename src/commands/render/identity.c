@@ -113,7 +113,7 @@ static sc_status add_panel(const sc_ctx *ctx, const sc_panel *s, sc_text *text)
         SC_PASS(sc_text_add(ctx, text, "%.17g %.17g\n", s->looks.scale.low, s->looks.scale.high));
     SC_PASS(add_columns(ctx, s, text));
     if (s->environment.rgb)
-        SC_PASS(sc_text_add(ctx, text, "%.17g %llx %d\n", s->job.environment.turn_deg,
+        SC_PASS(sc_text_add(ctx, text, "%.17g %llx %d\n", s->job.light.environment.turn_deg,
                             (unsigned long long)sc_hash_bytes(s->environment.rgb,
                                                               (size_t)s->environment.width_px *
                                                                   (size_t)s->environment.height_px *

@@ -88,8 +88,8 @@ static sc_status hash_volume(const sc_ctx *ctx, const sc_job *job, uint64_t *out
     sc_job part = *job;
 
     part.output = (sc_output){.fps = 1, .size_px = {16, 16}};
-    part.light = (sc_lighting){0};
-    part.light_tracks = (sc_light_tracks){0};
+    part.light.constant = (sc_lighting){0};
+    part.light.tracks = (sc_light_tracks){0};
     part.animation = (sc_animation){.frames = 1};
     part.farm = (sc_farm_options){.tile_px = 8};
     part.tissues.exceptions = NULL;
