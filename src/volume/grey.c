@@ -30,7 +30,7 @@ static sc_status open_grey(const sc_ctx *ctx, const char *path, bool header_only
     const sc_read_choice whole = {.is_image = true};
 
     SC_PASS(sc_open_source(ctx, path, &whole, header_only, source));
-    if (source->mask_count)
+    if (source->mask_files.count)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: is a directory of masks, expected a grey volume, such as a CT or MR "
                        "image: a NRRD, NIfTI, MGH, MetaImage or TIFF file",

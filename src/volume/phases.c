@@ -117,8 +117,8 @@ static sc_source all_values(const sc_source *source)
 {
     sc_source all = *source;
 
-    all.size[source->side_by_side ? 0 : 2] *= source->phases;
-    all.phase = 0;
+    all.size[source->series.side_by_side ? 0 : 2] *= source->series.count;
+    all.series.phase = 0;
     return all;
 }
 
@@ -130,7 +130,7 @@ static sc_status unpack(const sc_ctx *ctx, const char *path, const sc_source *so
 {
     const sc_source all = all_values(source);
     const size_t total = sc_source_voxels(&all), each = sc_voxel_type_bytes(source->type);
-    sorting s = {each, (size_t)source->phases, sc_source_voxels(source), NULL};
+    sorting s = {each, (size_t)source->series.count, sc_source_voxels(source), NULL};
     SC_OWN(sc_stream_close_at) sc_voxel_stream *stream = NULL;
     SC_OWN(sc_free_at) void *block = NULL;
 
@@ -144,8 +144,9 @@ static sc_status unpack(const sc_ctx *ctx, const char *path, const sc_source *so
         bool written;
 
         SC_PASS(sc_stream_next_raw(stream, &raw, &count));
-        written = source->side_by_side ? write_sorted(fd, &s, raw, at, count)
-                                       : write_at(fd, raw, count * each, (uint64_t)at * each);
+        written = source->series.side_by_side
+                      ? write_sorted(fd, &s, raw, at, count)
+                      : write_at(fd, raw, count * each, (uint64_t)at * each);
         if (!written) {
             *write_error = errno;
             return SC_ERR_WRITE;
@@ -160,7 +161,7 @@ static sc_status unpack(const sc_ctx *ctx, const char *path, const sc_source *so
 static sc_status fill_store(const sc_ctx *ctx, const char *path, const sc_source *source,
                             sc_phase_store *store)
 {
-    const double bytes = (double)sc_source_voxels(source) * source->phases *
+    const double bytes = (double)sc_source_voxels(source) * source->series.count *
                          (double)sc_voxel_type_bytes(source->type);
     char size[24];
     int error = 0;
@@ -183,7 +184,7 @@ static sc_status fill_store(const sc_ctx *ctx, const char *path, const sc_source
                 "%s: its %d phases cannot be unpacked to %s, where they take %s: %s; each is read "
                 "from the beginning of the file instead, which takes longer; name a directory "
                 "that has room: TMPDIR=DIRECTORY",
-                path, source->phases, store->folder, size, strerror(error));
+                path, source->series.count, store->folder, size, strerror(error));
         store->failed = true;
         return SC_OK;
     }
@@ -196,14 +197,14 @@ static sc_status fill_store(const sc_ctx *ctx, const char *path, const sc_source
 static void keep_loaded(sc_source *source, size_t phase)
 {
     const size_t each = sc_voxel_type_bytes(source->type), voxels = sc_source_voxels(source);
-    unsigned char *data = source->data;
+    unsigned char *data = source->reader.data;
 
-    if (!source->side_by_side) {
+    if (!source->series.side_by_side) {
         memmove(data, data + phase * voxels * each, voxels * each);
         return;
     }
     for (size_t i = 0; i < voxels; i++)
-        memmove(data + i * each, data + (i * (size_t)source->phases + phase) * each, each);
+        memmove(data + i * each, data + (i * (size_t)source->series.count + phase) * each, each);
 }
 
 /* Read all values of a file where those of a voxel stand side by side, and keep those of one phase
@@ -212,7 +213,7 @@ static sc_status pick(const sc_ctx *ctx, const char *path, size_t phase, sc_sour
 {
     const sc_source all = all_values(source);
     const size_t total = sc_source_voxels(&all), each = sc_voxel_type_bytes(source->type);
-    const size_t phases = (size_t)source->phases;
+    const size_t phases = (size_t)source->series.count;
     SC_OWN(sc_stream_close_at) sc_voxel_stream *stream = NULL;
     SC_OWN(sc_free_at) void *values = NULL;
     unsigned char *to;
@@ -232,11 +233,11 @@ static sc_status pick(const sc_ctx *ctx, const char *path, size_t phase, sc_sour
         }
     }
     SC_PASS(sc_stream_finish(stream)); /* and nothing reads the data any more */
-    if (source->release)
-        source->release(source->data);
-    source->encoding = SC_ENCODING_LOADED;
-    source->data = values;
-    source->release = sc_free;
+    if (source->reader.release)
+        source->reader.release(source->reader.data);
+    source->stored.encoding = SC_ENCODING_LOADED;
+    source->reader.data = values;
+    source->reader.release = sc_free;
     values = NULL;
     return SC_OK;
 }
@@ -250,12 +251,12 @@ static sc_status refuse_several(const sc_ctx *ctx, const char *path, const sc_re
                        "%s: holds %d images, one for each time (4-D), expected one, which is shown "
                        "with all phases of the volume; write the one that fits into a file of its "
                        "own, for example by fslroi FILE OUT N 1 or in 3D Slicer",
-                       path, source->phases);
+                       path, source->series.count);
     return sc_fail(ctx, SC_ERR_DATA,
                    "%s: holds %d volumes, one for each time (4-D), expected one; cine: {} in the "
                    "job shows them as the phases of a beat, and volume: {path: FILE, phase: N} "
                    "shows one, from 0 to %d",
-                   path, source->phases, source->phases - 1);
+                   path, source->series.count, source->series.count - 1);
 }
 
 sc_status sc_source_choose_phase(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
@@ -266,32 +267,32 @@ sc_status sc_source_choose_phase(const sc_ctx *ctx, const char *path, const sc_r
         phase * (uint64_t)sc_source_voxels(source) * sc_voxel_type_bytes(source->type);
     sc_phase_store *store = choice->store;
 
-    if (source->phases > 1 && !choice->phase)
+    if (source->series.count > 1 && !choice->phase)
         return refuse_several(ctx, path, choice, source);
-    if (choice->phase > 1 && choice->phase > source->phases)
+    if (choice->phase > 1 && choice->phase > source->series.count)
         return sc_fail(ctx, SC_ERR_DATA, "%s: phase: %zu, but %s holds %d, expected 0 to %d",
                        sc_read_where(choice, path), phase, path,
-                       source->phases > 1 ? source->phases : 1,
-                       source->phases > 1 ? source->phases - 1 : 0);
-    if (source->phases <= 1 || header_only || source->encoding == SC_ENCODING_SLICES)
+                       source->series.count > 1 ? source->series.count : 1,
+                       source->series.count > 1 ? source->series.count - 1 : 0);
+    if (source->series.count <= 1 || header_only || source->stored.encoding == SC_ENCODING_SLICES)
         return SC_OK;
-    source->phase = choice->phase;
-    if (source->encoding == SC_ENCODING_LOADED) {
+    source->series.phase = choice->phase;
+    if (source->stored.encoding == SC_ENCODING_LOADED) {
         keep_loaded(source, phase);
         return SC_OK;
     }
-    if (store && (source->side_by_side || source->encoding != SC_ENCODING_PLAIN)) {
+    if (store && (source->series.side_by_side || source->stored.encoding != SC_ENCODING_PLAIN)) {
         SC_PASS(fill_store(ctx, path, source, store));
         if (!store->failed) {
-            source->encoding = SC_ENCODING_PLAIN;
-            source->unpacked = store->file;
-            source->offset_bytes = before;
+            source->stored.encoding = SC_ENCODING_PLAIN;
+            source->stored.unpacked = store->file;
+            source->stored.offset_bytes = before;
             return SC_OK;
         }
     }
-    if (source->side_by_side)
+    if (source->series.side_by_side)
         return pick(ctx, path, phase, source);
-    *(source->encoding == SC_ENCODING_PLAIN ? &source->offset_bytes : &source->skip_bytes) +=
-        before;
+    *(source->stored.encoding == SC_ENCODING_PLAIN ? &source->stored.offset_bytes
+                                                   : &source->stored.skip_bytes) += before;
     return SC_OK;
 }

@@ -227,16 +227,16 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
                        path);
     } else if (is_directory) {
         SC_PASS(sc_open_slices(ctx, path, &source));
-        if (!source.slices)
+        if (!source.reader.slices)
             SC_PASS(sc_open_masks(ctx, path, &source));
-        source.threshold = choice->threshold;
-        if (!source.slices && source.mask_count == 0)
+        source.mask_files.threshold = choice->threshold;
+        if (!source.reader.slices && source.mask_files.count == 0)
             SC_PASS(open_dicom_in(ctx, path, &source));
     } else {
         SC_PASS(sc_open_file(ctx, path, header_only, &source));
     }
     SC_PASS(sc_source_choose_phase(ctx, path, choice, header_only, &source));
-    if (choice->threshold > 0 && !source.mask_count)
+    if (choice->threshold > 0 && !source.mask_files.count)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: threshold is for a directory of soft masks, and %s is none",
                        sc_read_where(choice, path), path);
@@ -279,13 +279,13 @@ static sc_status note_absent(const sc_ctx *ctx, const sc_source *source, sc_volu
 static void warn_of_channels(const sc_ctx *ctx, const char *path, const sc_source *source,
                              const sc_volume *volume)
 {
-    if (source->phases > 1 && source->phase == 1 && source->phase_step_s == 0 &&
+    if (source->series.count > 1 && source->series.phase == 1 && source->series.step_s == 0 &&
         volume->label_count == 2 && volume->labels[1].value == 1)
         sc_warn(ctx,
                 "%s: holds %d volumes, with 0 and 1 alone and no time between them; if each is a "
                 "tissue and not a phase of a beat, write each as a mask to a file of its own, and "
                 "give the directory of these",
-                path, source->phases);
+                path, source->series.count);
 }
 
 /* Set what a volume has of its source, but for size and labels. */
@@ -355,9 +355,9 @@ sc_status sc_volume_read_by(const sc_ctx *ctx, const char *path, const sc_read_c
     SC_PASS(sc_open_source(ctx, path, choice, false, &source));
     if (keep_ids)
         SC_PASS(sc_volume_memory_check(ctx, path, source.part, 0));
-    if (source.mask_count || source.load || source.layers > 1)
+    if (source.mask_files.count || source.load || source.layers > 1)
         SC_PASS(sc_overlap_rule_make(ctx, path, choice, &source, &rule));
-    if (source.mask_count)
+    if (source.mask_files.count)
         SC_PASS(sc_load_masks(ctx, path, &rule, &source));
     else if (source.load)
         SC_PASS(source.load(ctx, path, &rule, &source));
@@ -386,8 +386,8 @@ sc_status sc_volume_phases(const sc_ctx *ctx, const char *path, int *count, doub
 
     if (status != SC_OK && !sc_is_of_input(status))
         return status;
-    *count = status == SC_OK && source.phases > 1 ? source.phases : 1;
-    *step_s = *count > 1 ? source.phase_step_s : 0;
+    *count = status == SC_OK && source.series.count > 1 ? source.series.count : 1;
+    *step_s = *count > 1 ? source.series.step_s : 0;
     return SC_OK;
 }
 
@@ -428,7 +428,7 @@ sc_status sc_volume_files(const sc_ctx *ctx, const char *path, uint64_t most_byt
 {
     const sc_ctx quiet = sc_quiet(ctx);
     SC_OWN(sc_source_clear) sc_source source = {0};
-    const sc_text *files = &source.data_files;
+    const sc_text *files = &source.stored.data_files;
     struct stat info;
     sc_status status;
 
@@ -439,11 +439,11 @@ sc_status sc_volume_files(const sc_ctx *ctx, const char *path, uint64_t most_byt
     status = sc_open_source(&quiet, path, &(sc_read_choice){.phase = 1}, true, &source);
     if (status != SC_OK)
         return sc_is_of_input(status) ? SC_OK : status;
-    SC_PASS(add_file(ctx, source.file, out));
+    SC_PASS(add_file(ctx, source.stored.file, out));
     for (size_t at = 0; at < files->length_bytes; at += strlen(files->data + at) + 1)
         SC_PASS(add_file(ctx, files->data + at, out));
-    for (size_t i = 0; i < source.mask_count; i++)
-        SC_PASS(add_file(ctx, source.masks[i].file, out));
+    for (size_t i = 0; i < source.mask_files.count; i++)
+        SC_PASS(add_file(ctx, source.mask_files.masks[i].file, out));
     return SC_OK;
 }
 

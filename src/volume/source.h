@@ -30,7 +30,7 @@ typedef enum sc_encoding {
     SC_ENCODING_PLAIN,
     SC_ENCODING_GZIP,  /* gzip members one after the other, or bytes that are not compressed */
     SC_ENCODING_ZLIB,  /* one zlib or gzip stream */
-    SC_ENCODING_SLICES /* sc_source.read_slices unpacks whole slices */
+    SC_ENCODING_SLICES /* sc_voxel_reader.read_slices unpacks whole slices */
 } sc_encoding;
 
 /* Which of several tissues has a voxel. */
@@ -51,10 +51,9 @@ typedef struct sc_overlap_count {
 
 struct sc_source;
 /* Unpack slices [first, first + count) of a source to @p out, x fastest, in the byte order that
- * source->swapped tells. The stream asks for them in rising order, each once, and for no more than
- * source->slices at a time. @return SC_ERR_DATA,
- * SC_ERR_MISSING, SC_ERR_WRITE, SC_ERR_MEMORY, all logged under @p path or that of a file of the
- * volume. */
+ * source->stored.swapped tells. The stream asks for them in rising order, each once, and for no
+ * more than source->reader.slices at a time. @return SC_ERR_DATA, SC_ERR_MISSING, SC_ERR_WRITE,
+ * SC_ERR_MEMORY, all logged under @p path or that of a file of the volume. */
 typedef sc_status sc_slices_fn(const sc_ctx *ctx, const char *path, const struct sc_source *source,
                                int first, int count, void *out);
 
@@ -63,6 +62,46 @@ typedef sc_status sc_slices_fn(const sc_ctx *ctx, const char *path, const struct
  * it. @return the errors of sc_load_masks. */
 typedef sc_status sc_load_fn(const sc_ctx *ctx, const char *path, const sc_overlap_rule *rule,
                              struct sc_source *source);
+
+/* How and where the voxels are stored. */
+typedef struct sc_stored_voxels {
+    sc_encoding encoding;
+    char *file;            /* path of the file with the voxels, owned; NULL if loaded */
+    sc_text data_files;    /* paths of all files with voxels that the header names, each with a NUL
+                              byte behind it; empty where file is the only one; owned */
+    uint64_t offset_bytes; /* where in the file they begin */
+    uint64_t skip_bytes;   /* gzip: bytes to skip in what is unpacked from there */
+    bool swapped;          /* in the byte order that this machine does not have */
+    FILE *unpacked; /* SC_ENCODING_PLAIN: the voxels are in this file of a store; borrowed; NULL:
+                       in file */
+} sc_stored_voxels;
+
+/* Voxels that a reader loads or unpacks by itself. */
+typedef struct sc_voxel_reader {
+    void *data; /* SC_ENCODING_LOADED: the voxels, x fastest, in this byte order, owned;
+                   NULL if only the header was asked for. SC_ENCODING_SLICES: what
+                   read_slices works on, owned */
+    void (*release)(void *data); /* frees data; NULL: nothing to free */
+    sc_slices_fn *read_slices;   /* SC_ENCODING_SLICES: data is what it works on */
+    int slices;                  /* SC_ENCODING_SLICES: how many are read at a time, at least 1 */
+    int first_slices;            /* how many instead the first time; 0: as many */
+} sc_voxel_reader;
+
+/* The volumes in a file, of which a source is one (4-D). */
+typedef struct sc_series {
+    int count;         /* 0 and 1: one */
+    bool side_by_side; /* the values of all of a voxel follow each other; else one volume follows
+                          the other */
+    double step_s;     /* from one to the next; 0: the file does not say */
+    int phase;         /* that which is read, from 1; 0: all of them, or there is one */
+} sc_series;
+
+/* A directory of masks. */
+typedef struct sc_mask_files {
+    struct sc_mask *masks; /* [count], else NULL; owned */
+    size_t count;
+    double threshold; /* as in sc_read_choice */
+} sc_mask_files;
 
 /* A volume file after its header has been read. Zero-initialise; sc_source_clear frees. */
 typedef struct sc_source {
@@ -76,33 +115,13 @@ typedef struct sc_source {
     bool numbered;           /* likewise */
     bool is_part;            /* the file has voxels outside of part, which nobody looks at */
     sc_label_table table;    /* what the file itself says about its labels */
-    sc_encoding encoding;
-    char *file;            /* path of the file with the voxels, owned; NULL if loaded */
-    sc_text data_files;    /* paths of all files with voxels that the header names, each with a NUL
-                              byte behind it; empty where file is the only one; owned */
-    uint64_t offset_bytes; /* where in the file they begin */
-    uint64_t skip_bytes;   /* gzip: bytes to skip in what is unpacked from there */
-    bool swapped;          /* stored in the byte order that this machine does not have */
-    void *data;            /* SC_ENCODING_LOADED: the voxels, x fastest, in this byte order, owned;
-                              NULL if only the header was asked for. SC_ENCODING_SLICES: what
-                              read_slices works on, owned */
-    void (*release)(void *data); /* frees data; NULL: nothing to free */
-    sc_slices_fn *read_slices;   /* SC_ENCODING_SLICES: data is what it works on */
-    int slices;                  /* SC_ENCODING_SLICES: how many are read at a time, at least 1 */
-    int first_slices;            /* how many instead the first time; 0: as many */
+    sc_stored_voxels stored;
+    sc_voxel_reader reader;
+    sc_series series;
     sc_load_fn *load;            /* NULL: nothing overlaps, or masks or layers do */
     int layers;                  /* values of each voxel, side by side in the file; 0 and 1: one */
-    int phases;                  /* volumes in the file, of which this is one (4-D); 0 and 1: one */
-    bool side_by_side;   /* the values of all phases of a voxel follow each other; else one phase
-                            follows the other */
-    double phase_step_s; /* from one phase to the next; 0: the file does not say */
-    int phase;           /* that which is read, from 1; 0: all of them, or there is one */
-    FILE *unpacked; /* SC_ENCODING_PLAIN: the voxels are in this file of a store; borrowed; NULL:
-                       in file */
     struct sc_segment *segments; /* [table.count] if there are several layers, else NULL; owned */
-    struct sc_mask *masks;       /* [mask_count]; of a directory of masks, else NULL; owned */
-    size_t mask_count;
-    double threshold;          /* of masks: as in sc_read_choice */
+    sc_mask_files mask_files;
     sc_overlap_count overlaps; /* voxels that several tissues claim; counted while loading */
 } sc_source;
 

@@ -25,21 +25,23 @@ size_t sc_voxel_type_bytes(sc_voxel_type type)
 static sc_status open_file(sc_voxel_stream *s)
 {
     const sc_source *source = s->source;
-    const sc_compression packing = source->encoding == SC_ENCODING_GZIP   ? SC_COMPRESSION_GZIP
-                                   : source->encoding == SC_ENCODING_ZLIB ? SC_COMPRESSION_ZLIB
-                                                                          : SC_COMPRESSION_NONE;
-    const int copy = source->unpacked ? dup(fileno(source->unpacked)) : -1;
+    const sc_compression packing = source->stored.encoding == SC_ENCODING_GZIP ? SC_COMPRESSION_GZIP
+                                   : source->stored.encoding == SC_ENCODING_ZLIB
+                                       ? SC_COMPRESSION_ZLIB
+                                       : SC_COMPRESSION_NONE;
+    const int copy = source->stored.unpacked ? dup(fileno(source->stored.unpacked)) : -1;
     FILE *file = copy >= 0 ? fdopen(copy, "rb") : NULL;
 
     if (file)
-        SC_PASS(sc_compressed_begin(s->ctx, source->file, file, source->offset_bytes, packing,
-                                    &s->file));
+        SC_PASS(sc_compressed_begin(s->ctx, source->stored.file, file, source->stored.offset_bytes,
+                                    packing, &s->file));
     else if (copy >= 0)
         close(copy);
     if (!file)
-        SC_PASS(sc_compressed_open(s->ctx, source->file, source->offset_bytes, packing, &s->file));
+        SC_PASS(sc_compressed_open(s->ctx, source->stored.file, source->stored.offset_bytes,
+                                   packing, &s->file));
     if (packing != SC_COMPRESSION_NONE)
-        (void)sc_compressed_skip(s->file, source->skip_bytes); /* reading notices an error */
+        (void)sc_compressed_skip(s->file, source->stored.skip_bytes); /* reading notices an error */
     return SC_OK;
 }
 
@@ -49,13 +51,14 @@ static sc_status open_slices(sc_voxel_stream *s)
 {
     const sc_source *source = s->source;
     const size_t each = sc_voxel_type_bytes(source->type);
-    const double bytes = (double)source->size[0] * source->size[1] * source->slices * (double)each;
+    const double bytes =
+        (double)source->size[0] * source->size[1] * source->reader.slices * (double)each;
 
     SC_PASS(sc_memory_check(s->ctx, bytes, "",
                             "%s: is read by %d slices of %d x %d voxels at a time, which take",
-                            s->path, source->slices, source->size[0], source->size[1]));
+                            s->path, source->reader.slices, source->size[0], source->size[1]));
     return sc_alloc(s->ctx, (size_t)source->size[0] * (size_t)source->size[1],
-                    (size_t)source->slices * each, &s->slab);
+                    (size_t)source->reader.slices * each, &s->slab);
 }
 
 /* Read the slices from voxel @p at on, which is the first of one, into s->slab. @return the errors
@@ -66,10 +69,11 @@ static sc_status read_slab(sc_voxel_stream *s, size_t at)
     const size_t slice = (size_t)source->size[0] * (size_t)source->size[1];
     const int first = (int)(at / slice);
     const int left = source->size[2] - first;
-    const int most = first == 0 && source->first_slices ? source->first_slices : source->slices;
+    const int most = first == 0 && source->reader.first_slices ? source->reader.first_slices
+                                                               : source->reader.slices;
     const int slices = left < most ? left : most;
 
-    SC_PASS(source->read_slices(s->ctx, s->path, source, first, slices, s->slab));
+    SC_PASS(source->reader.read_slices(s->ctx, s->path, source, first, slices, s->slab));
     s->slab_begin = at;
     s->slab_voxels = (size_t)slices * slice;
     return SC_OK;
@@ -100,9 +104,9 @@ sc_status sc_stream_open(const sc_ctx *ctx, const char *path, const sc_source *s
 
     SC_PASS(SC_ALLOC(ctx, 1, &s));
     *s = (sc_voxel_stream){.ctx = ctx, .path = path, .source = source};
-    if (source->encoding == SC_ENCODING_SLICES)
+    if (source->stored.encoding == SC_ENCODING_SLICES)
         SC_PASS(open_slices(s));
-    else if (source->encoding != SC_ENCODING_LOADED)
+    else if (source->stored.encoding != SC_ENCODING_LOADED)
         SC_PASS(open_file(s));
     *out = s;
     s = NULL;
@@ -127,13 +131,13 @@ static void phase_note(const sc_source *source, size_t bytes, char *text, size_t
     const size_t all = sc_source_voxels(source) * sc_voxel_type_bytes(source->type);
 
     text[0] = '\0';
-    if (source->phases <= 1)
+    if (source->series.count <= 1)
         return;
-    if (source->phase)
-        snprintf(text, text_bytes, " of phase %d", source->phase - 1);
-    else if (!source->side_by_side)
+    if (source->series.phase)
+        snprintf(text, text_bytes, " of phase %d", source->series.phase - 1);
+    else if (!source->series.side_by_side)
         snprintf(text, text_bytes, ", in phase %zu of %d, counted from 0",
-                 bytes / (all / (size_t)source->phases), source->phases);
+                 bytes / (all / (size_t)source->series.count), source->series.count);
 }
 
 /* Log why there were only @p got of @p bytes bytes from s->position on. @return SC_ERR_DATA if
@@ -150,7 +154,7 @@ static sc_status check_bytes(const sc_voxel_stream *s, size_t got, size_t bytes)
     SC_PASS(sc_compressed_check(s->ctx, s->file));
     phase_note(s->source, s->position * each + got, phases, sizeof phases);
     return sc_fail(s->ctx, SC_ERR_DATA, "%s: ends after %zu bytes of voxels%s, expected %zu%s%s",
-                   s->source->file, s->position * each + got, phases,
+                   s->source->stored.file, s->position * each + got, phases,
                    sc_source_voxels(s->source) * each, reason ? "; " : "", reason ? reason : "");
 }
 
@@ -165,7 +169,7 @@ static sc_status next_bytes(sc_voxel_stream *s, unsigned char *to, size_t bytes)
  * warning. */
 static sc_status read_rest(sc_voxel_stream *s)
 {
-    const bool is_gzip = s->source->encoding == SC_ENCODING_GZIP;
+    const bool is_gzip = s->source->stored.encoding == SC_ENCODING_GZIP;
     size_t more = 0, got = 1;
     uint64_t rest;
 
@@ -176,13 +180,13 @@ static sc_status read_rest(sc_voxel_stream *s)
     SC_PASS(sc_compressed_check(s->ctx, s->file));
     if (sc_compressed_reason(s->file))
         return sc_fail(s->ctx, SC_ERR_DATA, "%s: the compressed data are damaged: %s",
-                       s->source->file, sc_compressed_reason(s->file));
+                       s->source->stored.file, sc_compressed_reason(s->file));
     if (more && !is_gzip)
-        sc_warn(s->ctx, "%s: bytes behind the last voxel are ignored", s->source->file);
+        sc_warn(s->ctx, "%s: bytes behind the last voxel are ignored", s->source->stored.file);
     rest = is_gzip && sc_compressed_has_ended(s->file) ? sc_compressed_rest(s->file) : 0;
     if (rest)
         sc_warn(s->ctx, "%s: %llu bytes behind the end of the compressed data are ignored",
-                s->source->file, (unsigned long long)rest);
+                s->source->stored.file, (unsigned long long)rest);
     return SC_OK;
 }
 
@@ -201,8 +205,8 @@ sc_status sc_stream_stored(sc_voxel_stream *s, size_t count, const void **raw)
     const size_t each = sc_voxel_type_bytes(s->source->type);
 
     *raw = s->raw;
-    if (s->source->encoding == SC_ENCODING_LOADED) {
-        *raw = (const unsigned char *)s->source->data + s->position * each;
+    if (s->source->stored.encoding == SC_ENCODING_LOADED) {
+        *raw = (const unsigned char *)s->source->reader.data + s->position * each;
         return SC_OK;
     }
     return s->slab ? next_of_slices(s, count) : next_bytes(s, s->raw, count * each);
@@ -258,8 +262,8 @@ sc_status sc_stream_next_raw(sc_voxel_stream *s, const void **raw, size_t *count
     const size_t each = sc_voxel_type_bytes(s->source->type);
     const size_t left = sc_source_voxels(s->source) - s->position;
 
-    if (s->source->encoding == SC_ENCODING_LOADED) {
-        *raw = (const unsigned char *)s->source->data + s->position * each;
+    if (s->source->stored.encoding == SC_ENCODING_LOADED) {
+        *raw = (const unsigned char *)s->source->reader.data + s->position * each;
         *count = left < BATCH_VOXELS ? left : BATCH_VOXELS;
     } else if (s->slab) {
         SC_PASS(read_slab(s, s->position));

@@ -109,7 +109,7 @@ static void widen(sc_voxel_type type, const void *raw, size_t count, int64_t *ou
 
 bool sc_stream_is_plain(const sc_source *source)
 {
-    return !source->swapped && source->slope == 1 && source->intercept == 0 &&
+    return !source->stored.swapped && source->slope == 1 && source->intercept == 0 &&
            sc_voxel_type_is_integer(source->type) && source->type != SC_VOXEL_UINT64;
 }
 
@@ -148,7 +148,7 @@ size_t sc_stream_values(sc_voxel_stream *s, const void *raw, size_t count, void 
 {
     const sc_source *source = s->source;
 
-    if (source->swapped) {
+    if (source->stored.swapped) {
         swap_bytes(raw, count, sc_voxel_type_bytes(source->type), room);
         raw = room;
     }
@@ -174,7 +174,7 @@ sc_status sc_stream_refuse(const sc_voxel_stream *s, const void *raw, size_t ind
     int64_t stored = 0;
     double value;
 
-    if (source->swapped && each <= sizeof room) { /* always: the compiler does not know it */
+    if (source->stored.swapped && each <= sizeof room) { /* always: the compiler does not know it */
         swap_bytes(raw, 1, each, room);
         raw = room;
     }
@@ -236,7 +236,7 @@ sc_status sc_stream_next_numbers(sc_voxel_stream *s, size_t count, double *out)
     const void *raw;
 
     SC_PASS(sc_stream_stored(s, count, &raw));
-    if (s->source->swapped) {
+    if (s->source->stored.swapped) {
         swap_bytes(raw, count, sc_voxel_type_bytes(s->source->type), s->swapped);
         raw = s->swapped;
     }

@@ -46,15 +46,15 @@ uint64_t sc_volume_hash(const sc_volume *volume)
 
 void sc_source_clear(sc_source *source)
 {
-    if (source->release && source->data)
-        source->release(source->data);
-    sc_free(source->file);
-    for (size_t i = 0; i < source->mask_count; i++)
-        sc_free(source->masks[i].file);
-    sc_free(source->masks);
+    if (source->reader.release && source->reader.data)
+        source->reader.release(source->reader.data);
+    sc_free(source->stored.file);
+    for (size_t i = 0; i < source->mask_files.count; i++)
+        sc_free(source->mask_files.masks[i].file);
+    sc_free(source->mask_files.masks);
     sc_overlap_count_clear(&source->overlaps);
     sc_free(source->segments);
-    sc_text_clear(&source->data_files);
+    sc_text_clear(&source->stored.data_files);
     sc_label_table_clear(&source->table);
     *source = (sc_source){0};
 }

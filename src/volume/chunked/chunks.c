@@ -173,7 +173,7 @@ static sc_status begin_rooms(const sc_ctx *ctx, sc_chunked *chunked)
 sc_status sc_chunked_slices(const sc_ctx *ctx, const char *path, const sc_source *source, int first,
                             int count, void *out)
 {
-    sc_chunked *chunked = source->data;
+    sc_chunked *chunked = source->reader.data;
     chunk_slices s = {.chunked = chunked, .out = out};
     size_t absent = 0;
 
@@ -224,9 +224,10 @@ static void choose_slices(const sc_chunked *chunked, sc_source *source)
         (int64_t)chunked->chunk[2] < source->size[2] ? (int64_t)chunked->chunk[2] : source->size[2];
     const int64_t slices = layer * ((int64_t)(SLICES_BYTES / (slice_bytes * (double)layer)) + 1);
 
-    source->slices = (int)(slices < source->size[2] ? slices : source->size[2]);
+    source->reader.slices = (int)(slices < source->size[2] ? slices : source->size[2]);
     if (slices < source->size[2])
-        source->first_slices = (int)(slices - (int64_t)(chunked->low[2] % chunked->chunk[2]));
+        source->reader.first_slices =
+            (int)(slices - (int64_t)(chunked->low[2] % chunked->chunk[2]));
 }
 
 /* Check that the part does not lie in more than SC_CHUNKS_MAX chunks. */

@@ -12,8 +12,8 @@
 enum { SCALES_SHOWN = 12, BLOCK_VOXELS_MAX = 1 << 20, FILES_LOOKED_AT = 64 };
 static const double nm_in_mm = 1e-6;
 
-/* The scale while its voxels are read: sc_source.data. A thread unpacks a gzip file to the first
- * room, and decodes blocks to the second. */
+/* The scale while its voxels are read: sc_voxel_reader.data. A thread unpacks a gzip file to the
+ * first room, and decodes blocks to the second. */
 typedef struct precomputed_reading {
     sc_chunked chunked;
     int fd;     /* of the directory with the chunks */
@@ -392,9 +392,9 @@ sc_status sc_open_precomputed(const sc_ctx *ctx, const char *path, const sc_read
 {
     SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1,
-                        .encoding = SC_ENCODING_SLICES,
-                        .read_slices = sc_chunked_slices,
-                        .release = release};
+                        .stored.encoding = SC_ENCODING_SLICES,
+                        .reader.read_slices = sc_chunked_slices,
+                        .reader.release = release};
     const int directory = open(path, O_RDONLY | O_CLOEXEC | O_DIRECTORY);
     precomputed_reading *r = NULL;
     sc_status status;
@@ -402,7 +402,7 @@ sc_status sc_open_precomputed(const sc_ctx *ctx, const char *path, const sc_read
     if (directory < 0)
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
     status = SC_ZALLOC(ctx, 1, &r);
-    source.data = r;
+    source.reader.data = r;
     if (r)
         r->fd = -1;
     if (status == SC_OK)
@@ -410,7 +410,7 @@ sc_status sc_open_precomputed(const sc_ctx *ctx, const char *path, const sc_read
     close(directory);
     SC_PASS(status);
     SC_PASS(sc_chunked_begin(ctx, path, read, header_only, &r->chunked, &source));
-    SC_PASS(sc_path_join(ctx, path, "info", &source.file));
+    SC_PASS(sc_path_join(ctx, path, "info", &source.stored.file));
     SC_HAND_OVER(source, out);
     return SC_OK;
 }

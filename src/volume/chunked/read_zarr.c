@@ -5,7 +5,8 @@
 
 enum { SHARD_CHUNKS_MAX = 1 << 22 };
 
-/* The array while its voxels are read: sc_source.data. A thread unpacks chunks to the first room.
+/* The array while its voxels are read: sc_voxel_reader.data. A thread unpacks chunks to the first
+ * room.
  */
 typedef struct zarr_reading {
     sc_chunked chunked;
@@ -257,10 +258,10 @@ static void choose_phase(const sc_zarr_choice *choice, const sc_read_choice *rea
 
     if (t < 0)
         return;
-    source->phases = (int)r->array.shape[t];
-    source->phase_step_s = choice->scaled ? choice->scale[t] * choice->unit_s[t] : 0;
+    source->series.count = (int)r->array.shape[t];
+    source->series.step_s = choice->scaled ? choice->scale[t] * choice->unit_s[t] : 0;
     /* sc_source_choose_phase refuses one that is not there. */
-    r->phase = read->phase > 0 && read->phase <= source->phases ? (size_t)read->phase - 1 : 0;
+    r->phase = read->phase > 0 && read->phase <= source->series.count ? (size_t)read->phase - 1 : 0;
 }
 
 /* Set the size of @p source, that of the whole array. */
@@ -322,7 +323,7 @@ static sc_status describe(const sc_ctx *ctx, const char *path, const sc_read_cho
     SC_PASS(sc_chunked_begin(ctx, path, read, header_only, &r->chunked, source));
     source->table = choice->table;
     choice->table = (sc_label_table){0};
-    return sc_path_join(ctx, r->node.path, r->node.meta_name, &source->file);
+    return sc_path_join(ctx, r->node.path, r->node.meta_name, &source->stored.file);
 }
 
 sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
@@ -330,15 +331,15 @@ sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, const sc_read_choice
 {
     SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1,
-                        .encoding = SC_ENCODING_SLICES,
-                        .read_slices = sc_chunked_slices,
-                        .release = release};
+                        .stored.encoding = SC_ENCODING_SLICES,
+                        .reader.read_slices = sc_chunked_slices,
+                        .reader.release = release};
     SC_OWN(sc_zarr_choice_clear) sc_zarr_choice choice = {.array.fd = -1};
     zarr_reading *r;
     sc_status status;
 
     SC_PASS(SC_ZALLOC(ctx, 1, &r));
-    source.data = r;
+    source.reader.data = r;
     r->node.fd = -1;
     SC_PASS((sc_n5_is_node(path) ? sc_n5_choose : sc_zarr_choose)(ctx, path, read->level, &choice));
     status = describe(ctx, path, read, header_only, &choice, r, &source);

@@ -258,7 +258,7 @@ static void unpack_labels(const volume_file *f, uint16_t *out)
 static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_source *source,
                              int first, int count, void *out)
 {
-    volume_file *f = source->data;
+    volume_file *f = source->reader.data;
     uint16_t *labels = out;
     unsigned shift;
 
@@ -331,7 +331,7 @@ static sc_status pass(const painting *p, bool paints)
 static sc_status load(const sc_ctx *ctx, const char *path, const sc_overlap_rule *rule,
                       sc_source *source)
 {
-    volume_file *f = source->data;
+    volume_file *f = source->reader.data;
     const sc_label_table *table = &source->table;
     SC_OWN(sc_claims_clear) sc_claims claims = {0};
     SC_OWN(sc_free_at) size_t *rows = NULL;
@@ -396,7 +396,7 @@ static sc_status read_header(const sc_ctx *ctx, const char *path, volume_file *f
                                   f->count, source));
     if (!f->kind.is_labels)
         SC_PASS(check_segments(ctx, path, f, &source->table));
-    return sc_path_join(ctx, "", path, &source->file);
+    return sc_path_join(ctx, "", path, &source->stored.file);
 }
 
 sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, sc_source *out)
@@ -404,14 +404,14 @@ sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, sc_source *out)
     SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1,
                         .type = SC_VOXEL_UINT16,
-                        .encoding = SC_ENCODING_SLICES,
-                        .read_slices = read_slices,
-                        .slices = 1,
-                        .release = release};
+                        .stored.encoding = SC_ENCODING_SLICES,
+                        .reader.read_slices = read_slices,
+                        .reader.slices = 1,
+                        .reader.release = release};
 
-    SC_PASS(sc_zalloc(ctx, 1, sizeof(volume_file), &source.data));
-    SC_PASS(read_header(ctx, path, source.data, &source));
-    if (!((volume_file *)source.data)->kind.is_labels)
+    SC_PASS(sc_zalloc(ctx, 1, sizeof(volume_file), &source.reader.data));
+    SC_PASS(read_header(ctx, path, source.reader.data, &source));
+    if (!((volume_file *)source.reader.data)->kind.is_labels)
         source.load = load;
     SC_HAND_OVER(source, out);
     return SC_OK;

@@ -207,7 +207,7 @@ static sc_status read_soft(const painting *p, const sc_ctx *ctx, sc_mask *mask, 
 
     SC_PASS(pass_soft(p, ctx, mask, r, false, 0, &most));
     if (most > 0)
-        SC_PASS(pass_soft(p, ctx, mask, r, true, p->source->threshold * most, &most));
+        SC_PASS(pass_soft(p, ctx, mask, r, true, p->source->mask_files.threshold * most, &most));
     sc_stage_add(p->ctx, voxels_of(mask));
     return SC_OK;
 }
@@ -233,13 +233,13 @@ static sc_status read_labels(const painting *p, const sc_ctx *ctx, sc_mask *mask
  * source is closed. Errors are logged to @p ctx. Threads: any, each with a reading of its own. */
 static sc_status read_mask(const painting *p, const sc_ctx *ctx, size_t i, mask_reading *r)
 {
-    sc_mask *mask = &p->source->masks[i];
+    sc_mask *mask = &p->source->mask_files.masks[i];
     sc_status status;
 
     memset(r->bits, 0, words_of(p->voxels) * sizeof *r->bits);
     mask->voxels = 0;
     r->value = 0;
-    status = (p->source->threshold > 0 ? read_soft : read_labels)(p, ctx, mask, r);
+    status = (p->source->mask_files.threshold > 0 ? read_soft : read_labels)(p, ctx, mask, r);
     sc_source_clear(&r->source);
     return status;
 }
@@ -248,7 +248,7 @@ static sc_status read_mask(const painting *p, const sc_ctx *ctx, size_t i, mask_
  * libraries keep global state. */
 static sc_status open_mask(const painting *p, size_t i, mask_reading *r)
 {
-    const sc_mask *mask = &p->source->masks[i];
+    const sc_mask *mask = &p->source->mask_files.masks[i];
     sc_ctx errors = *p->ctx;
 
     errors.level = SC_LOG_ERROR; /* its warnings were given when the headers were read */
@@ -292,7 +292,7 @@ static sc_status read_masks(painting *p, size_t count)
 /* @return whether mask @p i has what it and mask @p other cover. */
 static bool wins_over(const painting *p, size_t i, size_t other)
 {
-    const sc_mask *masks = p->source->masks;
+    const sc_mask *masks = p->source->mask_files.masks;
 
     return sc_overlap_wins(p->rule, (sc_contender){masks[i].voxels, i, i},
                            (sc_contender){masks[other].voxels, other, other});
@@ -341,14 +341,14 @@ static sc_status report(painting *p)
 
     for (size_t i = 0; i < words_of(p->voxels); i++)
         p->source->overlaps.voxels += (uint64_t)__builtin_popcountll(p->twice[i]);
-    for (size_t i = 0; i < p->source->mask_count; i++) {
-        p->source->overlaps.covers[i] = p->source->masks[i].voxels > 0;
-        if (!p->rule->left_out[i] && p->source->masks[i].voxels == 0 && empty++ < 8)
+    for (size_t i = 0; i < p->source->mask_files.count; i++) {
+        p->source->overlaps.covers[i] = p->source->mask_files.masks[i].voxels > 0;
+        if (!p->rule->left_out[i] && p->source->mask_files.masks[i].voxels == 0 && empty++ < 8)
             SC_PASS(sc_text_add(p->ctx, &names, "%s%s", empty > 1 ? ", " : "", rows[i].name));
     }
     if (empty)
         sc_info(p->ctx, "%s: %zu of %zu masks %s empty: %s%s", p->path, empty,
-                p->source->mask_count, empty == 1 ? "is" : "are", names.data,
+                p->source->mask_files.count, empty == 1 ? "is" : "are", names.data,
                 empty > 8 ? ", ..." : "");
     return SC_OK;
 }
@@ -363,7 +363,7 @@ static sc_status alloc_all(painting *p)
     }
     SC_PASS(sc_zalloc(p->ctx, p->voxels, (size_t)p->bytes, &p->labels));
     SC_PASS(SC_ZALLOC(p->ctx, words_of(p->voxels), &p->twice));
-    return SC_ALLOC(p->ctx, p->source->mask_count + 1, &p->lost);
+    return SC_ALLOC(p->ctx, p->source->mask_files.count + 1, &p->lost);
 }
 
 /* For SC_OWN. */
@@ -400,17 +400,17 @@ sc_status sc_load_masks(const sc_ctx *ctx, const char *path, const sc_overlap_ru
                   .rule = rule,
                   .source = source,
                   .voxels = (size_t)part[0] * (size_t)part[1] * (size_t)part[2],
-                  .bytes = source->mask_count > UINT8_MAX ? 2 : 1};
+                  .bytes = source->mask_files.count > UINT8_MAX ? 2 : 1};
 
-    SC_PASS(SC_ALLOC(ctx, source->mask_count, &p.wanted));
-    for (size_t i = 0; i < source->mask_count; i++) {
+    SC_PASS(SC_ALLOC(ctx, source->mask_files.count, &p.wanted));
+    for (size_t i = 0; i < source->mask_files.count; i++) {
         if (!rule->left_out[i])
-            voxels_of_masks += voxels_of(&source->masks[p.wanted[masks++] = i]);
+            voxels_of_masks += voxels_of(&source->mask_files.masks[p.wanted[masks++] = i]);
     }
     p.threads = threads_for(ctx, masks);
     SC_PASS(sc_volume_memory_check(ctx, path, part,
                                    (double)p.voxels * (p.bytes + 0.125 * (double)(1 + p.threads))));
-    SC_PASS(sc_overlap_count_begin(ctx, source->mask_count, &source->overlaps));
+    SC_PASS(sc_overlap_count_begin(ctx, source->mask_files.count, &source->overlaps));
     SC_PASS(alloc_all(&p));
     sc_stage_begin(ctx, "reading", 0, voxels_of_masks);
     for (size_t count; p.first < masks; p.first += count) {

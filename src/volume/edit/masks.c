@@ -39,12 +39,12 @@ static sc_status add_mask(const sc_ctx *ctx, const char *directory, const char *
 {
     sc_text text = {0};
 
-    if (source->mask_count == SC_LABELS_MAX - 1)
+    if (source->mask_files.count == SC_LABELS_MAX - 1)
         return sc_fail(ctx, SC_ERR_DATA, "%s: has more than %d masks, expected at most so many",
                        directory, SC_LABELS_MAX - 1);
-    SC_PASS(SC_GROW(ctx, source->mask_count, capacity, &source->masks));
+    SC_PASS(SC_GROW(ctx, source->mask_files.count, capacity, &source->mask_files.masks));
     SC_PASS(sc_text_add(ctx, &text, "%s/%s", directory, name));
-    source->masks[source->mask_count++] = (sc_mask){.file = text.data};
+    source->mask_files.masks[source->mask_files.count++] = (sc_mask){.file = text.data};
     return SC_OK;
 }
 
@@ -59,8 +59,9 @@ static sc_status list_masks(const sc_ctx *ctx, const char *directory, sc_source 
         if (stem_length(entries.list[i]->d_name))
             SC_PASS(add_mask(ctx, directory, entries.list[i]->d_name, &capacity, source));
     }
-    if (source->mask_count)
-        qsort(source->masks, source->mask_count, sizeof *source->masks, by_name);
+    if (source->mask_files.count)
+        qsort(source->mask_files.masks, source->mask_files.count, sizeof *source->mask_files.masks,
+              by_name);
     return SC_OK;
 }
 
@@ -70,8 +71,8 @@ static sc_status name_masks(const sc_ctx *ctx, const char *path, sc_source *sour
 {
     sc_name_count names = {0};
 
-    for (size_t i = 0; i < source->mask_count; i++) {
-        const char *name = strrchr(source->masks[i].file, '/') + 1;
+    for (size_t i = 0; i < source->mask_files.count; i++) {
+        const char *name = strrchr(source->mask_files.masks[i].file, '/') + 1;
         sc_label row = {.value = (int64_t)i + 1, .opacity = -1};
         char *stem = strndup(name, stem_length(name));
 
@@ -83,7 +84,7 @@ static sc_status name_masks(const sc_ctx *ctx, const char *path, sc_source *sour
             return sc_fail(ctx, SC_ERR_DATA,
                            "%s and %s name the same tissue; expected one mask for each: move one "
                            "out of the directory",
-                           source->masks[i - 1].file, source->masks[i].file);
+                           source->mask_files.masks[i - 1].file, source->mask_files.masks[i].file);
         SC_PASS(sc_label_table_add(ctx, &source->table, &row));
     }
     sc_name_warn(ctx, path, &names);
@@ -194,9 +195,9 @@ sc_status sc_mask_place(const sc_ctx *ctx, const sc_source *source, size_t i,
     static const char advice[] =
         "expected masks of one grid: resample one to the other, or move it "
         "out of the directory";
-    const char *first = source->masks[0].file;
+    const char *first = source->mask_files.masks[0].file;
     const int *a = source->size, *b = header->size;
-    sc_mask *mask = &source->masks[i];
+    sc_mask *mask = &source->mask_files.masks[i];
 
     memcpy(mask->size, b, sizeof mask->size);
     if (find_place(source, &header->to_ras_mm, mask) &&
@@ -219,8 +220,8 @@ static sc_status unite(const sc_ctx *ctx, const char *path, sc_source *source)
 
     for (int a = 0; a < 3; a++)
         high[a] = source->size[a];
-    for (size_t i = 0; i < source->mask_count; i++) {
-        const sc_mask *mask = &source->masks[i];
+    for (size_t i = 0; i < source->mask_files.count; i++) {
+        const sc_mask *mask = &source->mask_files.masks[i];
 
         for (int k = 0; k < 3; k++) {
             const int a = mask->axis[k];
@@ -239,8 +240,8 @@ static sc_status unite(const sc_ctx *ctx, const char *path, sc_source *source)
     source->to_ras_mm.m[1][3] = first.y;
     source->to_ras_mm.m[2][3] = first.z;
     for (int a = 0; a < 3; a++) {
-        for (size_t i = 0; i < source->mask_count; i++)
-            source->masks[i].low[a] -= (int)low[a];
+        for (size_t i = 0; i < source->mask_files.count; i++)
+            source->mask_files.masks[i].low[a] -= (int)low[a];
     }
     return SC_OK;
 }
@@ -251,18 +252,19 @@ static void tell_places(const sc_ctx *ctx, const char *path, const sc_source *so
 {
     size_t turned = 0, cropped = 0;
 
-    for (size_t i = 0; i < source->mask_count; i++) {
-        turned += is_turned(&source->masks[i]);
-        cropped += is_cropped(source, &source->masks[i]);
+    for (size_t i = 0; i < source->mask_files.count; i++) {
+        turned += is_turned(&source->mask_files.masks[i]);
+        cropped += is_cropped(source, &source->mask_files.masks[i]);
     }
     if (turned)
         sc_info(ctx, "%s: %zu of %zu masks are stored along other axes than %s, and turned to them",
-                path, turned, source->mask_count, source->masks[0].file);
+                path, turned, source->mask_files.count, source->mask_files.masks[0].file);
     if (cropped)
         sc_info(
             ctx,
             "%s: %zu of %zu masks have a part of the grid; together they have %d x %d x %d voxels",
-            path, cropped, source->mask_count, source->size[0], source->size[1], source->size[2]);
+            path, cropped, source->mask_files.count, source->size[0], source->size[1],
+            source->size[2]);
 }
 
 sc_status sc_open_mask(const sc_ctx *ctx, const char *file, bool header_only, sc_source *out)
@@ -279,10 +281,10 @@ sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out)
     errors.level = SC_LOG_ERROR;
     SC_PASS(list_masks(ctx, path, &source));
     SC_PASS(name_masks(ctx, path, &source));
-    for (size_t i = 0; i < source.mask_count; i++) {
-        SC_PASS(sc_open_mask(i ? &errors : ctx, source.masks[i].file, true, &mask));
-        SC_PASS(
-            sc_source_choose_phase(ctx, source.masks[i].file, &(sc_read_choice){0}, true, &mask));
+    for (size_t i = 0; i < source.mask_files.count; i++) {
+        SC_PASS(sc_open_mask(i ? &errors : ctx, source.mask_files.masks[i].file, true, &mask));
+        SC_PASS(sc_source_choose_phase(ctx, source.mask_files.masks[i].file, &(sc_read_choice){0},
+                                       true, &mask));
         if (i == 0) {
             memcpy(source.size, mask.size, sizeof source.size);
             source.to_ras_mm = mask.to_ras_mm;
@@ -292,7 +294,7 @@ sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out)
         sc_source_clear(&mask);
         mask.slope = 1;
     }
-    if (source.mask_count)
+    if (source.mask_files.count)
         SC_PASS(unite(ctx, path, &source));
     tell_places(ctx, path, &source);
     SC_HAND_OVER(source, out);

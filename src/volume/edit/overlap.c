@@ -155,7 +155,7 @@ sc_status sc_overlap_warn(const sc_ctx *ctx, const char *path, const sc_source *
                             (unsigned long long)most->voxels));
     sc_warn(ctx, "%s: %llu voxel%s to several %s; each is shown as %s (overlap: %s)%s", path,
             (unsigned long long)count->voxels, count->voxels == 1 ? " belongs" : "s belong",
-            source->mask_count ? "masks" : "segments", rules[rule->overlap].shown,
+            source->mask_files.count ? "masks" : "segments", rules[rule->overlap].shown,
             rules[rule->overlap].name, pair.data ? pair.data : "");
     return SC_OK;
 }

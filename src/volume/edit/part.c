@@ -80,12 +80,12 @@ sc_status sc_source_take_part(const sc_ctx *ctx, const char *path, const sc_read
 void sc_source_set_labels(sc_source *source, sc_voxel_type type, void *labels)
 {
     keep_part(source);
-    if (source->release && source->data)
-        source->release(source->data);
-    source->encoding = SC_ENCODING_LOADED;
+    if (source->reader.release && source->reader.data)
+        source->reader.release(source->reader.data);
+    source->stored.encoding = SC_ENCODING_LOADED;
     source->type = type;
-    source->swapped = false;
-    source->data = labels;
-    source->release = sc_free;
+    source->stored.swapped = false;
+    source->reader.data = labels;
+    source->reader.release = sc_free;
     source->layers = 1;
 }

@@ -299,13 +299,13 @@ static sc_status find_voxels(const header_line *r, const char *path, sc_source *
         return sc_fail(r->ctx, SC_ERR_MISSING, "%s: is no file; expected one of raw voxels", path);
     needed = r->skip_bytes + (uint64_t)voxels * each;
     bytes = (uint64_t)info.st_size;
-    source->encoding = SC_ENCODING_PLAIN;
-    source->offset_bytes = r->skip_bytes;
+    source->stored.encoding = SC_ENCODING_PLAIN;
+    source->stored.offset_bytes = r->skip_bytes;
     if (bytes != needed && sc_is_gzip(path, 0)) {
         SC_PASS(sc_check_file_bytes(r->ctx, path, (double)needed));
-        source->encoding = SC_ENCODING_GZIP;
-        source->offset_bytes = 0;
-        source->skip_bytes = r->skip_bytes;
+        source->stored.encoding = SC_ENCODING_GZIP;
+        source->stored.offset_bytes = 0;
+        source->stored.skip_bytes = r->skip_bytes;
     } else if (bytes != needed) {
         return sc_fail(
             r->ctx, SC_ERR_DATA,
@@ -315,8 +315,8 @@ static sc_status find_voxels(const header_line *r, const char *path, sc_source *
             (long long)r->size[2], each, each > 1 ? "s" : "",
             r->skip_bytes ? " behind what is skipped" : "", (unsigned long long)needed);
     }
-    source->swapped = r->big != (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__) && each > 1;
-    return sc_path_join(r->ctx, "", path, &source->file);
+    source->stored.swapped = r->big != (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__) && each > 1;
+    return sc_path_join(r->ctx, "", path, &source->stored.file);
 }
 
 sc_status sc_open_raw(const sc_ctx *ctx, const char *path, const sc_read_choice *read,

@@ -118,17 +118,18 @@ static sc_status open_slice(const sc_ctx *ctx, const sc_slice_files *files, size
     sc_source slice = {.size = {files->size[0], files->size[1], 1},
                        .type = files->type,
                        .slope = 1,
-                       .encoding = files->is_packed ? SC_ENCODING_ZLIB : SC_ENCODING_PLAIN};
+                       .stored.encoding = files->is_packed ? SC_ENCODING_ZLIB : SC_ENCODING_PLAIN};
     uint64_t bytes;
     int64_t begin;
 
-    SC_PASS(sc_text_copy(ctx, files->paths[i], &slice.file));
-    SC_PASS(sc_input_bytes(ctx, slice.file, &bytes));
+    SC_PASS(sc_text_copy(ctx, files->paths[i], &slice.stored.file));
+    SC_PASS(sc_input_bytes(ctx, slice.stored.file, &bytes));
     begin = slice_begin(files, bytes,
                         (uint64_t)sc_source_voxels(&slice) * sc_voxel_type_bytes(slice.type));
     if (begin < 0)
-        return sc_fail(ctx, SC_ERR_DATA, "%s: has become too short for its slice", slice.file);
-    slice.offset_bytes = (uint64_t)begin;
+        return sc_fail(ctx, SC_ERR_DATA, "%s: has become too short for its slice",
+                       slice.stored.file);
+    slice.stored.offset_bytes = (uint64_t)begin;
     SC_HAND_OVER(slice, out);
     return SC_OK;
 }
@@ -155,7 +156,7 @@ sc_status sc_meta_open_series(const sc_ctx *ctx, const char *header, const sc_me
                        "%s: ElementDataFile names %zu files; expected one for each of the slices, "
                        "of which DimSize tells %d",
                        header, files.count, source->size[2]);
-    SC_PASS(sc_text_copy(ctx, files.paths[0], &source->file));
+    SC_PASS(sc_text_copy(ctx, files.paths[0], &source->stored.file));
     return sc_slice_files_use(ctx, &files, source);
 }
 
@@ -173,16 +174,16 @@ static sc_status read_numbers(const sc_ctx *ctx, const char *path, const sc_sour
     const size_t slice = (size_t)source->size[0] * (size_t)source->size[1];
     double *values = out;
 
-    if (first == 0 && fseeko(source->data, (off_t)source->offset_bytes, SEEK_SET))
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", source->file, strerror(errno));
+    if (first == 0 && fseeko(source->reader.data, (off_t)source->stored.offset_bytes, SEEK_SET))
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", source->stored.file, strerror(errno));
     for (size_t i = 0; i < slice * (size_t)count; i++) {
-        if (fscanf(source->data, "%lf", &values[i]) != 1)
+        if (fscanf(source->reader.data, "%lf", &values[i]) != 1)
             return sc_fail(ctx, SC_ERR_DATA,
                            "%s: voxel %zu of %zu: %s; expected numbers with blanks between them",
                            path, (size_t)first * slice + i, sc_source_voxels(source),
-                           feof(source->data)     ? "the file ends"
-                           : ferror(source->data) ? strerror(errno)
-                                                  : "is no number");
+                           feof(source->reader.data)     ? "the file ends"
+                           : ferror(source->reader.data) ? strerror(errno)
+                                                         : "is no number");
     }
     return SC_OK;
 }
@@ -191,13 +192,13 @@ sc_status sc_meta_open_text(const sc_ctx *ctx, sc_source *source)
 {
     FILE *stream;
 
-    SC_PASS(sc_open_input(ctx, source->file, &stream));
-    source->encoding = SC_ENCODING_SLICES;
+    SC_PASS(sc_open_input(ctx, source->stored.file, &stream));
+    source->stored.encoding = SC_ENCODING_SLICES;
     source->type = SC_VOXEL_DOUBLE;
-    source->swapped = false;
-    source->slices = 1;
-    source->read_slices = read_numbers;
-    source->data = stream;
-    source->release = release_numbers;
+    source->stored.swapped = false;
+    source->reader.slices = 1;
+    source->reader.read_slices = read_numbers;
+    source->reader.data = stream;
+    source->reader.release = release_numbers;
     return SC_OK;
 }

@@ -237,7 +237,7 @@ static sc_status read_header(amira *a)
 
 /* ---- voxels ---- */
 
-/* Where unpacking HxByteRLE has got to: sc_source.data. */
+/* Where unpacking HxByteRLE has got to: sc_voxel_reader.data. */
 typedef struct rle_file {
     FILE *stream;          /* owned */
     uint64_t packed_bytes; /* of all */
@@ -271,11 +271,11 @@ static sc_status read_rle(const sc_ctx *ctx, const char *path, const sc_source *
 {
     const size_t slice =
         (size_t)source->size[0] * (size_t)source->size[1] * sc_voxel_type_bytes(source->type);
-    rle_file *rle = source->data;
+    rle_file *rle = source->reader.data;
     unsigned char *to = out;
 
-    if (first == 0 && fseeko(rle->stream, (off_t)source->offset_bytes, SEEK_SET))
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", source->file, strerror(errno));
+    if (first == 0 && fseeko(rle->stream, (off_t)source->stored.offset_bytes, SEEK_SET))
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", source->stored.file, strerror(errno));
     if (first == 0) {
         rle->left = rle->packed_bytes;
         rle->run = 0;
@@ -309,11 +309,11 @@ static sc_status open_rle(const amira *a, sc_source *source)
 
     SC_PASS(SC_ZALLOC(a->ctx, 1, &rle));
     rle->packed_bytes = a->field.packed_bytes;
-    source->data = rle;
-    source->release = release_rle;
-    source->read_slices = read_rle;
-    source->slices = 1;
-    return sc_open_input(a->ctx, source->file, &rle->stream);
+    source->reader.data = rle;
+    source->reader.release = release_rle;
+    source->reader.read_slices = read_rle;
+    source->reader.slices = 1;
+    return sc_open_input(a->ctx, source->stored.file, &rle->stream);
 }
 
 /* Write the type of the voxels to *out. */
@@ -363,13 +363,13 @@ static sc_status find_voxels(const amira *a, sc_source *source)
                        "%s: the header promises %zu voxels, more than the file can hold (%llu "
                        "bytes%s)",
                        a->path, voxels, (unsigned long long)bytes, ratio > 1 ? ", packed" : "");
-    SC_PASS(sc_path_join(a->ctx, "", a->path, &source->file));
-    source->offset_bytes = a->data_bytes;
-    source->encoding = a->field.encoding;
-    source->swapped = each > 1 && a->big_endian == SC_IS_LITTLE_ENDIAN;
+    SC_PASS(sc_path_join(a->ctx, "", a->path, &source->stored.file));
+    source->stored.offset_bytes = a->data_bytes;
+    source->stored.encoding = a->field.encoding;
+    source->stored.swapped = each > 1 && a->big_endian == SC_IS_LITTLE_ENDIAN;
     if (a->is_text)
         return sc_meta_open_text(a->ctx, source);
-    return source->encoding == SC_ENCODING_SLICES ? open_rle(a, source) : SC_OK;
+    return source->stored.encoding == SC_ENCODING_SLICES ? open_rle(a, source) : SC_OK;
 }
 
 /* Set the geometry of @p source, whose size is set. The box of a single slice may be flat. */

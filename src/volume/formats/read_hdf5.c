@@ -87,7 +87,7 @@ bool sc_is_hdf5(const char *path)
 
 /* ---- voxels ---- */
 
-/* A volume while it is read: sc_source.data. */
+/* A volume while it is read: sc_voxel_reader.data. */
 typedef struct hdf5_reading {
     int file;                /* descriptor, owned */
     char *inside;            /* the path of the dataset, owned */
@@ -130,7 +130,7 @@ static sc_status begin_voxels(const sc_ctx *ctx, const char *path, hdf5_reading 
 static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_source *source,
                              int first, int count, void *out)
 {
-    hdf5_reading *r = source->data;
+    hdf5_reading *r = source->reader.data;
     const size_t slice =
         (size_t)source->size[0] * (size_t)source->size[1] * sc_voxel_type_bytes(source->type);
 
@@ -182,7 +182,7 @@ static sc_status cut(const sc_ctx *ctx, const char *path, const sc_read_choice *
     }
     slice_bytes =
         (double)source->size[0] * source->size[1] * (double)sc_voxel_type_bytes(source->type);
-    source->slices = (int)fmin(floor(slab_bytes / slice_bytes) + 1, source->size[2]);
+    source->reader.slices = (int)fmin(floor(slab_bytes / slice_bytes) + 1, source->size[2]);
     return SC_OK;
 }
 
@@ -208,16 +208,18 @@ sc_status sc_open_hdf5(const sc_ctx *ctx, const char *path, const sc_read_choice
                        bool header_only, sc_source *out)
 {
     SC_OWN(sc_source_clear)
-    sc_source source = {
-        .slope = 1, .encoding = SC_ENCODING_SLICES, .read_slices = read_slices, .release = release};
+    sc_source source = {.slope = 1,
+                        .stored.encoding = SC_ENCODING_SLICES,
+                        .reader.read_slices = read_slices,
+                        .reader.release = release};
     SC_OWN(sc_hdf5_end) sc_hdf5_process process = {.out = -1};
     char text[SC_HDF5_TEXT_BYTES + 1];
     hdf5_reading *r;
 
     SC_PASS(SC_ZALLOC(ctx, 1, &r));
-    source.data = r;
+    source.reader.data = r;
     r->file = r->process.out = -1;
-    SC_PASS(open_file(ctx, path, r, &source.file));
+    SC_PASS(open_file(ctx, path, r, &source.stored.file));
     SC_PASS(sc_hdf5_begin(ctx, path, r->file, r->inside, NULL, &process));
     SC_PASS(sc_hdf5_read_answer(ctx, &process, &r->answer, text));
     SC_PASS(use_answer(ctx, path, &r->answer, &source));

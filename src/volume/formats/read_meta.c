@@ -245,18 +245,18 @@ static sc_status find_file(const meta *m, size_t voxels, sc_source *source)
     const uint64_t needed = (uint64_t)voxels * each;
     uint64_t bytes = 0;
 
-    SC_PASS(data_path(m, &source->file, &bytes));
-    source->encoding = m->compressed ? SC_ENCODING_ZLIB : SC_ENCODING_PLAIN;
-    source->offset_bytes = m->header_bytes > 0 ? (uint64_t)m->header_bytes
-                           : is_local(m)       ? (uint64_t)m->end_bytes
-                                               : 0;
+    SC_PASS(data_path(m, &source->stored.file, &bytes));
+    source->stored.encoding = m->compressed ? SC_ENCODING_ZLIB : SC_ENCODING_PLAIN;
+    source->stored.offset_bytes = m->header_bytes > 0 ? (uint64_t)m->header_bytes
+                                  : is_local(m)       ? (uint64_t)m->end_bytes
+                                                      : 0;
     if (m->header_bytes == SC_META_AT_END && !m->compressed && !m->is_text && bytes >= needed)
-        source->offset_bytes = bytes - needed;
-    bytes -= source->offset_bytes < bytes ? source->offset_bytes : bytes;
+        source->stored.offset_bytes = bytes - needed;
+    bytes -= source->stored.offset_bytes < bytes ? source->stored.offset_bytes : bytes;
     if ((double)needed > (double)bytes * (m->compressed ? SC_DEFLATE_RATIO_MAX : 1))
         return sc_fail(m->ctx, SC_ERR_DATA,
                        "%s: the header promises %zu voxels, more than %s can hold (%llu bytes)",
-                       m->path, voxels, source->file, (unsigned long long)bytes);
+                       m->path, voxels, source->stored.file, (unsigned long long)bytes);
     return m->is_text ? sc_meta_open_text(m->ctx, source) : SC_OK;
 }
 
@@ -275,7 +275,7 @@ static sc_status find_voxels(const meta *m, sc_source *source)
                        "%s: BinaryData is False, and the voxels are compressed or in several "
                        "files; expected digits in one file, or BinaryData = True",
                        m->path);
-    source->swapped = m->msb != (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__) && each > 1;
+    source->stored.swapped = m->msb != (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__) && each > 1;
     return sc_meta_is_series(m->data_file) ? sc_meta_open_series(m->ctx, m->path, &series, source)
                                            : find_file(m, voxels, source);
 }

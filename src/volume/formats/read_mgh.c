@@ -62,7 +62,7 @@ static sc_status find_voxels(const sc_ctx *ctx, const char *path, const unsigned
         size[i] = whole_at(h, AT_SIZE + 4 * i);
     SC_PASS(sc_grid_voxels(ctx, path, size, each, source->size, &voxels));
     SC_PASS(sc_check_file_bytes(ctx, path, HEADER_BYTES + (double)voxels * (double)each));
-    return sc_path_join(ctx, "", path, &source->file);
+    return sc_path_join(ctx, "", path, &source->stored.file);
 }
 
 /* Set to_ras_mm and oriented of @p source, whose size is set. A file without geometry is coronal
@@ -96,7 +96,8 @@ sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, sc_source *out)
     unsigned char h[HEADER_BYTES] = {0};
     size_t count;
     SC_OWN(sc_source_clear)
-    sc_source source = {.slope = 1, .encoding = SC_ENCODING_GZIP, .skip_bytes = HEADER_BYTES};
+    sc_source source = {
+        .slope = 1, .stored.encoding = SC_ENCODING_GZIP, .stored.skip_bytes = HEADER_BYTES};
 
     SC_PASS(sc_read_header_bytes(ctx, path, "MGH", h, HEADER_BYTES, HEADER_BYTES, &count));
     SC_PASS(voxel_type(ctx, path, whole_at(h, AT_TYPE), &source.type));
@@ -106,7 +107,7 @@ sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, sc_source *out)
                           HEADER_BYTES + (uint64_t)sc_source_voxels(&source) *
                                              sc_voxel_type_bytes(source.type),
                           &source.table));
-    source.swapped = sc_voxel_type_bytes(source.type) > 1 && SC_IS_LITTLE_ENDIAN;
+    source.stored.swapped = sc_voxel_type_bytes(source.type) > 1 && SC_IS_LITTLE_ENDIAN;
     SC_HAND_OVER(source, out);
     return SC_OK;
 }

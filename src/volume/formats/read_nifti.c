@@ -273,11 +273,12 @@ static sc_status find_voxels(const sc_ctx *ctx, const fields *f, const int64_t s
     const size_t each = sc_voxel_type_bytes(source->type);
     size_t voxels;
 
-    SC_PASS(sc_grid_voxels(ctx, source->file, size, each, source->size, &voxels));
-    SC_PASS(sc_check_file_bytes(ctx, source->file,
-                                f->voxel_offset + (double)voxels * (double)each * source->phases));
-    source->encoding = SC_ENCODING_GZIP;
-    source->skip_bytes = (uint64_t)f->voxel_offset;
+    SC_PASS(sc_grid_voxels(ctx, source->stored.file, size, each, source->size, &voxels));
+    SC_PASS(sc_check_file_bytes(ctx, source->stored.file,
+                                f->voxel_offset +
+                                    (double)voxels * (double)each * source->series.count));
+    source->stored.encoding = SC_ENCODING_GZIP;
+    source->stored.skip_bytes = (uint64_t)f->voxel_offset;
     return SC_OK;
 }
 
@@ -314,17 +315,17 @@ sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, sc_source *out)
     nifti_set_debug_level(0);
     SC_PASS(parse_header(ctx, path, &f));
     SC_PASS(check_magic(ctx, path, &f, &pair));
-    SC_PASS(check_dims(ctx, path, &f, size, &source.phases));
+    SC_PASS(check_dims(ctx, path, &f, size, &source.series.count));
     SC_PASS(check_type(ctx, path, &f, &source.type));
     SC_PASS(check_offset(ctx, path, &f, pair));
-    SC_PASS(voxel_file(ctx, path, pair, &source.file));
+    SC_PASS(voxel_file(ctx, path, pair, &source.stored.file));
     SC_PASS(find_voxels(ctx, &f, size, &source));
     nim = interpret(&f, path);
     if (!nim)
         return sc_fail(ctx, SC_ERR_DATA, "%s: not a readable NIfTI header", path);
     swapped = nim->byteorder != nifti_short_order();
-    source.swapped = swapped && sc_voxel_type_bytes(source.type) > 1;
-    source.phase_step_s = step_s(nim);
+    source.stored.swapped = swapped && sc_voxel_type_bytes(source.type) > 1;
+    source.series.step_s = step_s(nim);
     geometry(ctx, path, &f, nim, &source);
     scaling(nim, &source);
     SC_PASS(sc_nifti_labels(ctx, path, f.version == 1 ? HEADER1_BYTES : HEADER2_BYTES,

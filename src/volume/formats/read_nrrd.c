@@ -76,7 +76,7 @@ static sc_status spatial_axes(const sc_ctx *ctx, const char *path, const Nrrd *n
 {
     int found = 0;
 
-    source->layers = source->phases = 1;
+    source->layers = source->series.count = 1;
 
     for (unsigned i = 0; i < nrrd->dim; i++) {
         const NrrdAxisInfo *axis = &nrrd->axis[i];
@@ -89,9 +89,9 @@ static sc_status spatial_axes(const sc_ctx *ctx, const char *path, const Nrrd *n
                  (header->label_groups || (header->segment_count && axis->kind == nrrdKindList)))
             source->layers = (int)axis->size;
         else if (axis->size != 1 && is_phase_axis(nrrd, i)) {
-            source->phases = (int)axis->size;
-            source->side_by_side = i == 0;
-            source->phase_step_s = axis_step_s(axis);
+            source->series.count = (int)axis->size;
+            source->series.side_by_side = i == 0;
+            source->series.step_s = axis_step_s(axis);
         } else if (axis->size != 1)
             return sc_fail(
                 ctx, SC_ERR_DATA,
@@ -216,7 +216,7 @@ static sc_status check_sizes(const sc_ctx *ctx, const char *path, const sc_nrrd_
             nrrd->axis[axes[i]].size > INT32_MAX ? INT64_MAX : (int64_t)nrrd->axis[axes[i]].size;
     size[0] = size[0] > INT32_MAX ? size[0] : size[0] * source->layers;
     SC_PASS(sc_grid_voxels(ctx, path, size, bytes_each, source->size, &voxels));
-    bytes = (double)voxels * (double)bytes_each * source->phases;
+    bytes = (double)voxels * (double)bytes_each * source->series.count;
     if (nio->encoding == nrrdEncodingGzip)
         limit *= SC_DEFLATE_RATIO_MAX;
     else if (nio->encoding == nrrdEncodingBzip2)
@@ -302,26 +302,28 @@ static sc_status find_voxels(const sc_ctx *ctx, const char *path, const sc_nrrd_
 {
     const bool gzip = nio->encoding == nrrdEncodingGzip;
     const uint64_t each = sc_voxel_type_bytes(source->type);
-    const uint64_t bytes = sc_source_voxels(source) * (uint64_t)source->phases * each;
+    const uint64_t bytes = sc_source_voxels(source) * (uint64_t)source->series.count * each;
 
-    SC_PASS(sc_path_join(ctx, "", header->attached ? path : header->first_file, &source->file));
-    source->encoding = gzip ? SC_ENCODING_GZIP : SC_ENCODING_PLAIN;
-    source->offset_bytes = header->end_bytes;
+    SC_PASS(
+        sc_path_join(ctx, "", header->attached ? path : header->first_file, &source->stored.file));
+    source->stored.encoding = gzip ? SC_ENCODING_GZIP : SC_ENCODING_PLAIN;
+    source->stored.offset_bytes = header->end_bytes;
     if (nio->lineSkip)
-        SC_PASS(skip_lines(ctx, source->file, nio->lineSkip, &source->offset_bytes));
-    if (gzip && !sc_is_gzip(source->file, source->offset_bytes))
+        SC_PASS(skip_lines(ctx, source->stored.file, nio->lineSkip, &source->stored.offset_bytes));
+    if (gzip && !sc_is_gzip(source->stored.file, source->stored.offset_bytes))
         sc_warn(
             ctx,
             "%s: says that its encoding is gzip, but its voxels are not compressed; they are read "
             "as they are",
             path);
     if (gzip)
-        source->skip_bytes = (uint64_t)nio->byteSkip;
+        source->stored.skip_bytes = (uint64_t)nio->byteSkip;
     else if (nio->byteSkip >= 0)
-        source->offset_bytes += (uint64_t)nio->byteSkip;
+        source->stored.offset_bytes += (uint64_t)nio->byteSkip;
     else /* check_sizes: the file has so many bytes */
-        source->offset_bytes = header->file_bytes - bytes;
-    source->swapped = each > 1 && nio->endian != airEndianUnknown && nio->endian != airMyEndian();
+        source->stored.offset_bytes = header->file_bytes - bytes;
+    source->stored.swapped =
+        each > 1 && nio->endian != airEndianUnknown && nio->endian != airMyEndian();
     return SC_OK;
 }
 
@@ -395,8 +397,8 @@ static sc_status load_voxels(const sc_ctx *ctx, const char *path, const sc_nrrd_
     errno = 0;
     if (nrrdRead(t.nrrd, stream, t.nio))
         return teem_error(ctx, path, errno);
-    source->data = t.nrrd->data;
-    source->release = free;
+    source->reader.data = t.nrrd->data;
+    source->reader.release = free;
     nrrdNix(t.nrrd); /* keeps the voxels, frees the rest */
     t.nrrd = NULL;
     return SC_OK;
@@ -444,7 +446,7 @@ static sc_status load_ascii(const sc_ctx *ctx, const char *path, const sc_nrrd_h
 {
     const char *file = header->attached ? path : header->first_file;
     const bool real = !sc_voxel_type_is_integer(source->type);
-    const size_t count = sc_source_voxels(source) * (size_t)source->phases;
+    const size_t count = sc_source_voxels(source) * (size_t)source->series.count;
     uint64_t offset = header->end_bytes;
     SC_OWN(sc_free_at) char *text = NULL;
     size_t bytes = 0;
@@ -460,10 +462,10 @@ static sc_status load_ascii(const sc_ctx *ctx, const char *path, const sc_nrrd_h
         SC_PASS(skip_lines(ctx, file, nio->lineSkip, &offset));
     offset += (uint64_t)nio->byteSkip;
     SC_PASS(sc_file_read(ctx, file, SIZE_MAX / 2, &text, &bytes));
-    SC_PASS(sc_alloc(ctx, count, sizeof(int64_t), &source->data));
-    source->release = sc_free;
+    SC_PASS(sc_alloc(ctx, count, sizeof(int64_t), &source->reader.data));
+    source->reader.release = sc_free;
     SC_PASS(parse_numbers(ctx, file, text, offset < bytes ? offset : bytes, count, source->type,
-                          real ? NULL : source->data, real ? source->data : NULL));
+                          real ? NULL : source->reader.data, real ? source->reader.data : NULL));
     source->type = real ? SC_VOXEL_DOUBLE : SC_VOXEL_INT64;
     return SC_OK;
 }
@@ -478,7 +480,8 @@ static sc_status check_loaded(const sc_ctx *ctx, const char *path, const sc_nrrd
     const double file = ascii || header->attached ? 2 * (double)header->file_bytes : 0;
 
     return sc_volume_memory_check(ctx, path, source->size,
-                                  (double)sc_source_voxels(source) * source->phases * each + file);
+                                  (double)sc_source_voxels(source) * source->series.count * each +
+                                      file);
 }
 
 sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
@@ -497,13 +500,13 @@ sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc
         SC_PASS(find_voxels(ctx, path, &header, t.nio, &source));
     else if (!header_only)
         SC_PASS(check_loaded(ctx, path, &header, t.nio, &source));
-    if (!header_only && !source.file && t.nio->encoding == nrrdEncodingAscii)
+    if (!header_only && !source.stored.file && t.nio->encoding == nrrdEncodingAscii)
         SC_PASS(load_ascii(ctx, path, &header, t.nio, &source));
-    else if (!header_only && !source.file)
+    else if (!header_only && !source.stored.file)
         SC_PASS(load_voxels(ctx, path, &header, &source));
     if (source.layers > 1)
         source.size[0] /= source.layers; /* from now on they do not count */
-    source.data_files = header.paths;
+    source.stored.data_files = header.paths;
     header.paths = (sc_text){0};
     SC_HAND_OVER(source, out);
     return SC_OK;

@@ -296,7 +296,7 @@ static sc_status read_tiles(const sc_ctx *ctx, const char *path, tiff_file *file
 static sc_status read_slice(const sc_ctx *ctx, const char *path, const sc_source *source, int page,
                             int count, void *out)
 {
-    tiff_file *file = source->data;
+    tiff_file *file = source->reader.data;
 
     file->why[0] = '\0';
     if (!TIFFSetSubDirectory(file->tiff, file->pages[page]))
@@ -339,10 +339,10 @@ static bool is_one_long_page(tiff_file *file, const sc_tiff_notes *notes, sc_sou
     if (file->count != 1 || !notes->program || strcmp(notes->program, "ImageJ") != 0 ||
         notes->images < 2 || compression != COMPRESSION_NONE || TIFFIsTiled(file->tiff))
         return false;
-    source->encoding = SC_ENCODING_PLAIN;
-    source->offset_bytes = TIFFGetStrileOffset(file->tiff, 0);
-    source->swapped = sc_voxel_type_bytes(source->type) > 1 &&
-                      (TIFFIsBigEndian(file->tiff) != 0) == SC_IS_LITTLE_ENDIAN;
+    source->stored.encoding = SC_ENCODING_PLAIN;
+    source->stored.offset_bytes = TIFFGetStrileOffset(file->tiff, 0);
+    source->stored.swapped = sc_voxel_type_bytes(source->type) > 1 &&
+                             (TIFFIsBigEndian(file->tiff) != 0) == SC_IS_LITTLE_ENDIAN;
     return true;
 }
 
@@ -412,7 +412,7 @@ static void geometry(const sc_ctx *ctx, const char *path, const sc_tiff_notes *n
 /* Fill @p source, whose data is an open file. */
 static sc_status read_header(const sc_ctx *ctx, const char *path, sc_source *source)
 {
-    tiff_file *file = source->data;
+    tiff_file *file = source->reader.data;
     const page_form form = form_of(file->tiff);
     sc_tiff_notes notes = {0};
     float resolution[2] = {0, 0};
@@ -437,27 +437,27 @@ static sc_status read_header(const sc_ctx *ctx, const char *path, sc_source *sou
     SC_PASS(check_notes(ctx, path, &notes, &form, size[2]));
     SC_PASS(
         sc_grid_voxels(ctx, path, size, sc_voxel_type_bytes(source->type), source->size, &voxels));
-    if (source->encoding == SC_ENCODING_PLAIN)
+    if (source->stored.encoding == SC_ENCODING_PLAIN)
         SC_PASS(
             sc_check_file_bytes(ctx, path,
-                                (double)source->offset_bytes +
+                                (double)source->stored.offset_bytes +
                                     (double)voxels * (double)sc_voxel_type_bytes(source->type)));
     geometry(ctx, path, &notes, source);
-    return sc_path_join(ctx, "", path, &source->file);
+    return sc_path_join(ctx, "", path, &source->stored.file);
 }
 
 sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, sc_source *out)
 {
     SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1,
-                        .encoding = SC_ENCODING_SLICES,
-                        .read_slices = read_slice,
-                        .slices = 1,
-                        .release = release};
+                        .stored.encoding = SC_ENCODING_SLICES,
+                        .reader.read_slices = read_slice,
+                        .reader.slices = 1,
+                        .reader.release = release};
     tiff_file *file = NULL;
 
     SC_PASS(open_tiff(ctx, path, &file));
-    source.data = file;
+    source.reader.data = file;
     SC_PASS(read_header(ctx, path, &source));
     SC_HAND_OVER(source, out);
     return SC_OK;

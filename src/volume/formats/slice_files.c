@@ -10,7 +10,7 @@ void sc_slice_files_clear(sc_slice_files *files)
     *files = (sc_slice_files){0};
 }
 
-/* For sc_source.release. */
+/* For sc_voxel_reader.release. */
 static void release(void *data)
 {
     sc_slice_files_clear(data);
@@ -21,7 +21,7 @@ static void release(void *data)
 static sc_status read_slice(const sc_ctx *ctx, const char *path, const sc_source *source, int first,
                             int count, void *out)
 {
-    const sc_slice_files *files = source->data;
+    const sc_slice_files *files = source->reader.data;
     const char *file = files->paths[first];
     const int *size = source->size;
     const size_t each = sc_voxel_type_bytes(source->type);
@@ -53,13 +53,13 @@ sc_status sc_slice_files_use(const sc_ctx *ctx, sc_slice_files *files, sc_source
     sc_slice_files *data;
 
     for (size_t i = 0; i < files->count; i++)
-        SC_PASS(sc_text_add(ctx, &source->data_files, "%s%c", files->paths[i], '\0'));
+        SC_PASS(sc_text_add(ctx, &source->stored.data_files, "%s%c", files->paths[i], '\0'));
     SC_PASS(SC_ZALLOC(ctx, 1, &data));
     SC_HAND_OVER(*files, data);
-    source->data = data;
-    source->release = release;
-    source->encoding = SC_ENCODING_SLICES;
-    source->read_slices = read_slice;
-    source->slices = 1;
+    source->reader.data = data;
+    source->reader.release = release;
+    source->stored.encoding = SC_ENCODING_SLICES;
+    source->reader.read_slices = read_slice;
+    source->reader.slices = 1;
     return SC_OK;
 }

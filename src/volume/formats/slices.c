@@ -123,11 +123,11 @@ static void warn_of_gap(const sc_ctx *ctx, const char *path, const sc_slice_file
 /* Read a PNG file, as a volume of one slice. Caller owns *out: sc_source_clear. */
 static sc_status open_png(const sc_ctx *ctx, const char *file, sc_source *out)
 {
-    SC_OWN(sc_source_clear) sc_source source = {.slope = 1, .release = sc_free};
+    SC_OWN(sc_source_clear) sc_source source = {.slope = 1, .reader.release = sc_free};
     sc_levels levels;
 
     SC_PASS(sc_image_load_levels(ctx, file, &levels));
-    source.data = levels.levels;
+    source.reader.data = levels.levels;
     source.size[0] = levels.width_px;
     source.size[1] = levels.height_px;
     source.size[2] = 1;
