@@ -21,6 +21,38 @@ enum { RESCUED_MOST = 2 };
  */
 #define FORGET 0.05
 
+/* The accepting of frames by a worker thread. */
+typedef struct accepting {
+    sc_acceptor acceptor;
+    sc_worker_thread *thread;
+    int next;     /* index of the first frame that the thread does not have yet */
+    int frames;   /* that were accepted, those of GOPs included */
+    int gathered; /* those of them that were accepted in gathered GOPs */
+    int rescued;  /* frames of unfinished gathered GOPs that are being accepted */
+} accepting;
+
+/* The drawing on this rank. */
+typedef struct own_drawing {
+    sc_worker_thread *thread;
+    sc_draw_task tasks[SC_UNITS_PER_RANK];
+    bool used[SC_UNITS_PER_RANK];      /* given to the thread and not yet collected */
+    sc_image bands[SC_UNITS_PER_RANK]; /* if draw spoils other rows: bands are drawn here and
+                                          copied */
+    double rows;                       /* rows of the work unit that was begun last */
+    double row_s;                      /* wall s of a row in the unit that was finished last */
+} own_drawing;
+
+/* The other ranks, which wait for work units. */
+typedef struct waiting_ranks {
+    int *ready; /* that wait for an answer, oldest first: [SC_UNITS_PER_RANK * ranks] */
+    int ready_count;
+    /* Buffers of answers that are being sent, [ranks][SC_UNITS_PER_RANK], used in turn. When a rank
+     * asks again it has received its answer before, so that the next buffer is free. */
+    sc_work_unit *answers;
+    int *next_answer; /* [ranks]: number of answers so far */
+    int byes;         /* ranks that have left */
+} waiting_ranks;
+
 /* Rank 0 of a farm. All members are used by its main thread alone, except what a worker thread has
  * been given (a task, with the slot or GOP around it), and acceptor, which belongs to the accepting
  * thread. */
@@ -36,35 +68,12 @@ typedef struct server {
 
     /* frames and GOPs on their way to be accepted */
     sc_frame_slot *slots; /* [window] */
-    int next_to_accept;   /* index of the first frame that the accepting thread does not have yet */
     sc_gop *arriving;     /* list of GOPs whose payload is arriving, owned */
     int gops_in_hand;     /* arriving or being accepted */
-    int frames_accepted;  /* frames that were accepted, those of GOPs included */
-    sc_acceptor acceptor;
-    sc_worker_thread *accepting;
-
-    /* drawing on this rank */
-    sc_worker_thread *drawing;
-    sc_draw_task own[SC_UNITS_PER_RANK];
-    bool own_used[SC_UNITS_PER_RANK];      /* given to the drawing thread and not yet collected */
-    sc_image own_bands[SC_UNITS_PER_RANK]; /* if draw spoils other rows: bands are drawn here and
-                                              copied */
-    double own_rows;                       /* rows of the work unit that was begun last */
-    double own_row_s;                      /* wall s of a row in the unit that was finished last */
-
-    /* ranks that wait for an answer, oldest first: [SC_UNITS_PER_RANK * ranks] */
-    int *ready;
-    int ready_count;
-    /* Buffers of answers that are being sent, [ranks][SC_UNITS_PER_RANK], used in turn. When a rank
-     * asks again it has received its answer before, so that the next buffer is free. */
-    sc_work_unit *answers;
-    int *next_answer; /* [ranks]: number of answers so far */
-    int byes;         /* ranks that have left */
-
-    /* gathered GOPs */
+    accepting accepting;
+    own_drawing own;
+    waiting_ranks waiting;
     sc_encoders encoders;
-    int rescued;         /* frames of unfinished GOPs that are being accepted */
-    int frames_gathered; /* frames that were accepted in gathered GOPs */
 
     /* recent_most of drawing a work unit, and of accepting a frame or GOP, in wall seconds */
     double unit_s, accept_s;
@@ -93,7 +102,7 @@ static double recent_most(double before, double value)
 /* Give a GOP that is whole to the thread that accepts it; collect_accepted frees it afterwards. */
 static void give_gop(server *s, sc_gop *gop)
 {
-    sc_worker_thread_give(s->accepting, &gop->accept.task);
+    sc_worker_thread_give(s->accepting.thread, &gop->accept.task);
 }
 
 /* Note what it took to encode a frame here, where gathered GOPs need to know. */
@@ -108,7 +117,7 @@ static void learn_encoding(server *s, double wall_s)
  * what was accepted is counted as such. @return false if there is none. */
 static bool collect_accepted(server *s)
 {
-    sc_accept_task *accept = (sc_accept_task *)sc_worker_thread_collect(s->accepting);
+    sc_accept_task *accept = (sc_accept_task *)sc_worker_thread_collect(s->accepting.thread);
 
     if (!accept)
         return false;
@@ -119,16 +128,16 @@ static bool collect_accepted(server *s)
     if (accept->is_gop) {
         sc_gop *gop = (sc_gop *)accept;
 
-        s->frames_accepted += accept->accepted ? gop->count : 0;
+        s->accepting.frames += accept->accepted ? gop->count : 0;
         s->gops_in_hand--;
         sc_gop_free(gop);
     } else if (((sc_frame_slot *)accept)->rescued) {
-        s->frames_accepted += accept->accepted;
-        s->rescued--;
+        s->accepting.frames += accept->accepted;
+        s->accepting.rescued--;
         sc_rescued_free((sc_frame_slot *)accept);
     } else {
         learn_encoding(s, accept->task.wall_s);
-        s->frames_accepted += accept->accepted;
+        s->accepting.frames += accept->accepted;
         ((sc_frame_slot *)accept)->full = false;
         s->handout.accepted++;
     }
@@ -147,10 +156,10 @@ static bool give_full_frames(server *s)
 {
     bool any = false;
 
-    while (s->next_to_accept < s->handout.next_frame && slot_of(s, s->next_to_accept)->full &&
-           s->next_to_accept < s->handout.accepted + s->handout.window) {
-        sc_worker_thread_give(s->accepting, &slot_of(s, s->next_to_accept)->accept.task);
-        s->next_to_accept++;
+    while (s->accepting.next < s->handout.next_frame && slot_of(s, s->accepting.next)->full &&
+           s->accepting.next < s->handout.accepted + s->handout.window) {
+        sc_worker_thread_give(s->accepting.thread, &slot_of(s, s->accepting.next)->accept.task);
+        s->accepting.next++;
         any = true;
     }
     return any;
@@ -234,7 +243,7 @@ static void receive_gop(server *s, int source, const sc_result_message *message)
     if (message->unit.encoder == 0)
         unit_done(s, message->result.render_wall_s);
     else
-        s->frames_gathered += count;
+        s->accepting.gathered += count;
     if (status != SC_OK)
         stop_with(s, status);
     if (bytes == 0 || status != SC_OK)
@@ -311,8 +320,8 @@ static void receive_rescued(server *s)
         stop_with(s, status);
         return;
     }
-    s->rescued++;
-    sc_worker_thread_give(s->accepting, &frame->accept.task);
+    s->accepting.rescued++;
+    sc_worker_thread_give(s->accepting.thread, &frame->accept.task);
 }
 
 /* Handle the result in the inbox, described by @p mail: of a GOP, or of a frame or band, whose rows
@@ -352,19 +361,19 @@ static void receive_word(server *s, const sc_message *mail)
     if (stop)
         stop_with(s, SC_ERR_INCOMPLETE);
     if (mail->tag == SC_TAG_READY)
-        s->ready[s->ready_count++] = mail->source;
-    s->byes += mail->tag == SC_TAG_BYE;
+        s->waiting.ready[s->waiting.ready_count++] = mail->source;
+    s->waiting.byes += mail->tag == SC_TAG_BYE;
     s->encoders.yielding -= mail->tag == SC_TAG_YIELDED;
 }
 
 /* Receive one message into the inbox and handle it, if one has arrived. A rank that asks for work
- * is put at the end of s->ready. @return false if none has arrived, or if so many rescued frames
- * wait that no more are received before one is accepted. */
+ * is put at the end of s->waiting.ready. @return false if none has arrived, or if so many rescued
+ * frames wait that no more are received before one is accepted. */
 static bool receive_message(server *s)
 {
     sc_message mail;
 
-    if (s->rescued >= RESCUED_MOST || !sc_comm_poll(s->comm, &mail))
+    if (s->accepting.rescued >= RESCUED_MOST || !sc_comm_poll(s->comm, &mail))
         return false;
     sc_comm_receive(s->comm, &mail, s->inbox);
     if (mail.tag == SC_TAG_RESULT)
@@ -385,8 +394,8 @@ static bool receive_message(server *s)
 /* Send a work unit to a rank that has asked for one; returns at once. */
 static void answer(server *s, int rank, const sc_work_unit *unit)
 {
-    const int slot = s->next_answer[rank]++ % SC_UNITS_PER_RANK;
-    sc_work_unit *word = &s->answers[rank * SC_UNITS_PER_RANK + slot];
+    const int slot = s->waiting.next_answer[rank]++ % SC_UNITS_PER_RANK;
+    sc_work_unit *word = &s->waiting.answers[rank * SC_UNITS_PER_RANK + slot];
 
     *word = *unit;
     sc_comm_post(s->comm, rank, SC_TAG_UNIT, word, sizeof *word);
@@ -408,38 +417,38 @@ static sc_handout_answer next_unit(server *s, sc_work_unit *unit)
  * drawn here: this rank sends no pixels, so that its main thread answers at once. */
 static bool may_draw_here(server *s)
 {
-    const int waiting = s->next_to_accept - s->handout.accepted;
-    const int load = sc_worker_thread_load(s->drawing);
+    const int waiting = s->accepting.next - s->handout.accepted;
+    const int load = sc_worker_thread_load(s->own.thread);
 
-    if (s->ready_count > 0 || waiting > s->handout.window / 2 ||
+    if (s->waiting.ready_count > 0 || waiting > s->handout.window / 2 ||
         sc_handout_gathers_next(&s->handout))
         return false;
     return load == 0 ||
-           (load < SC_UNITS_PER_RANK && sc_worker_thread_task_age_s(s->drawing) >=
-                                            sc_handout_ask_age_s(s->own_rows, s->own_row_s));
+           (load < SC_UNITS_PER_RANK && sc_worker_thread_task_age_s(s->own.thread) >=
+                                            sc_handout_ask_age_s(s->own.rows, s->own.row_s));
 }
 
 /* Give work units to the worker thread that draws on this rank, as far as may_draw_here and the
  * hand-out allow. A frame is drawn into its slot, and so is a band, unless drawing would spoil rows
- * that other ranks draw: then into own_bands. */
+ * that other ranks draw: then into own.bands. */
 static void draw_here(server *s)
 {
     sc_work_unit unit;
 
     for (int i = 0; i < SC_UNITS_PER_RANK; i++) {
-        sc_draw_task *task = &s->own[i];
+        sc_draw_task *task = &s->own.tasks[i];
 
-        if (s->own_used[i] || !may_draw_here(s))
+        if (s->own.used[i] || !may_draw_here(s))
             continue;
         if (next_unit(s, &unit) != SC_HANDOUT_UNIT)
             return;
-        s->own_used[i] = true;
+        s->own.used[i] = true;
         *task = (sc_draw_task){.unit = unit, .results = task->results};
         task->image = unit.kind == SC_UNIT_BAND && s->farm->spoils_other_rows
-                          ? &s->own_bands[i]
+                          ? &s->own.bands[i]
                           : &slot_of(s, unit.index)->image;
-        s->own_rows = sc_farm_unit_rows(s->farm, &unit);
-        sc_worker_thread_give(s->drawing, &task->task);
+        s->own.rows = sc_farm_unit_rows(s->farm, &unit);
+        sc_worker_thread_give(s->own.thread, &task->task);
     }
 }
 
@@ -473,18 +482,18 @@ static void own_gop_done(server *s, const sc_draw_task *task)
  * there, a GOP is given to the accepting thread. @return false if none is finished. */
 static bool collect_own(server *s)
 {
-    sc_draw_task *task = (sc_draw_task *)sc_worker_thread_collect(s->drawing);
+    sc_draw_task *task = (sc_draw_task *)sc_worker_thread_collect(s->own.thread);
     const size_t row_bytes = sc_farm_row_bytes(s->farm);
 
     if (!task)
         return false;
-    s->own_used[task - s->own] = false;
-    s->own_row_s = task->task.wall_s / sc_farm_unit_rows(s->farm, &task->unit);
+    s->own.used[task - s->own.tasks] = false;
+    s->own.row_s = task->task.wall_s / sc_farm_unit_rows(s->farm, &task->unit);
     if (task->unit.kind == SC_UNIT_GOP) {
         own_gop_done(s, task);
         return true;
     }
-    if (task->image == &s->own_bands[task - s->own]) {
+    if (task->image == &s->own.bands[task - s->own.tasks]) {
         const size_t at = (size_t)task->unit.row * row_bytes;
 
         memcpy(slot_of(s, task->unit.index)->image.rgb + at, task->image->rgb + at,
@@ -508,10 +517,11 @@ static void hand_out(server *s)
     s->handout.encoders = sc_handout_encoders(
         s->handout.work.ranks, e->rows > 0 ? e->draw_s / e->rows * s->farm->height_px : 0,
         e->frames > 0 ? e->encode_s / e->frames : 0);
-    while (served < s->ready_count && next_unit(s, &unit) == SC_HANDOUT_UNIT)
-        answer(s, s->ready[served++], &unit);
-    s->ready_count -= served;
-    memmove(s->ready, s->ready + served, (size_t)s->ready_count * sizeof *s->ready);
+    while (served < s->waiting.ready_count && next_unit(s, &unit) == SC_HANDOUT_UNIT)
+        answer(s, s->waiting.ready[served++], &unit);
+    s->waiting.ready_count -= served;
+    memmove(s->waiting.ready, s->waiting.ready + served,
+            (size_t)s->waiting.ready_count * sizeof *s->waiting.ready);
     draw_here(s);
 }
 
@@ -523,8 +533,8 @@ static void hand_out(server *s)
  */
 static bool is_late(const server *s)
 {
-    const int waiting =
-        s->handout.next_frame - s->handout.accepted + s->handout.next_gathered - s->frames_gathered;
+    const int waiting = s->handout.next_frame - s->handout.accepted + s->handout.next_gathered -
+                        s->accepting.gathered;
 
     return s->farm->deadline_s > 0 &&
            sc_wall_s() + SC_UNITS_PER_RANK * s->unit_s + (waiting + 1) * s->accept_s >
@@ -534,7 +544,7 @@ static bool is_late(const server *s)
 /* @return whether everything that was handed out is accepted and nothing more will go out. */
 static bool is_done(server *s)
 {
-    return sc_encoders_have_yielded(&s->encoders, &s->handout) && s->rescued == 0 &&
+    return sc_encoders_have_yielded(&s->encoders, &s->handout) && s->accepting.rescued == 0 &&
            s->gops_in_hand == 0 && !s->arriving && s->handout.accepted == s->handout.next_frame;
 }
 
@@ -570,7 +580,7 @@ static void serve(server *s)
         s->times->gather_wall_s += busy ? sc_wall_s() - begin_s : 0;
         s->times->gather_cpu_s += sc_thread_cpu_s() - begin_cpu_s;
         if (s->farm->calls.on_progress && begin_s > told_s + PROGRESS_INTERVAL_S) {
-            s->farm->calls.on_progress(s->farm->calls.user, s->frames_accepted, total);
+            s->farm->calls.on_progress(s->farm->calls.user, s->accepting.frames, total);
             told_s = begin_s;
         }
         if (busy) {
@@ -588,11 +598,11 @@ static void dismiss(server *s)
     const int workers = sc_comm_size(s->comm) - 1;
     const sc_work_unit none = {.kind = SC_UNIT_NONE};
 
-    while (s->byes < workers) {
+    while (s->waiting.byes < workers) {
         bool busy = receive_message(s);
 
-        while (s->ready_count > 0) {
-            answer(s, s->ready[--s->ready_count], &none);
+        while (s->waiting.ready_count > 0) {
+            answer(s, s->waiting.ready[--s->waiting.ready_count], &none);
             busy = true;
         }
         if (!busy)
@@ -626,41 +636,43 @@ static sc_status open_server(server *s)
     const size_t ranks = (size_t)work.ranks;
 
     s->handout = sc_handout_begin(&work);
-    s->acceptor.farm = farm;
+    s->accepting.acceptor.farm = farm;
     SC_PASS(sc_encoders_open(s->ctx, s->comm, &s->handout, &s->encoders));
     SC_PASS(open_slots(s));
     SC_PASS(sc_alloc(s->ctx, sc_farm_message_bytes(farm), 1, &s->inbox));
-    SC_PASS(SC_ALLOC(s->ctx, ranks * SC_UNITS_PER_RANK, &s->ready));
-    SC_PASS(SC_ALLOC(s->ctx, ranks * SC_UNITS_PER_RANK, &s->answers));
-    SC_PASS(SC_ZALLOC(s->ctx, ranks, &s->next_answer));
+    SC_PASS(SC_ALLOC(s->ctx, ranks * SC_UNITS_PER_RANK, &s->waiting.ready));
+    SC_PASS(SC_ALLOC(s->ctx, ranks * SC_UNITS_PER_RANK, &s->waiting.answers));
+    SC_PASS(SC_ZALLOC(s->ctx, ranks, &s->waiting.next_answer));
     for (int i = 0; i < SC_UNITS_PER_RANK; i++) {
         if (farm->spoils_other_rows)
             SC_PASS(sc_image_init_alpha(s->ctx, farm->width_px, farm->height_px, farm->alpha,
-                                        &s->own_bands[i]));
+                                        &s->own.bands[i]));
         SC_PASS(sc_alloc(s->ctx, (size_t)farm->gop_frames + 1, sizeof(sc_frame_result),
-                         &s->own[i].results));
+                         &s->own.tasks[i].results));
     }
-    SC_PASS(sc_worker_thread_start(s->ctx, sc_accept_task_run, &s->acceptor, &s->accepting));
-    return sc_worker_thread_start(s->ctx, sc_draw_task_run, (void *)(uintptr_t)farm, &s->drawing);
+    SC_PASS(sc_worker_thread_start(s->ctx, sc_accept_task_run, &s->accepting.acceptor,
+                                   &s->accepting.thread));
+    return sc_worker_thread_start(s->ctx, sc_draw_task_run, (void *)(uintptr_t)farm,
+                                  &s->own.thread);
 }
 
 /* Wait for the worker threads to end, add the idle time of the drawing one to times, and free
  * everything. */
 static void close_server(server *s)
 {
-    s->times->idle_s += sc_worker_thread_stop(s->drawing);
-    (void)sc_worker_thread_stop(s->accepting);
+    s->times->idle_s += sc_worker_thread_stop(s->own.thread);
+    (void)sc_worker_thread_stop(s->accepting.thread);
     for (int i = 0; s->slots && !s->shared->pixels && i < s->handout.window; i++)
         sc_image_clear(&s->slots[i].image);
     for (int i = 0; i < SC_UNITS_PER_RANK; i++) {
-        sc_image_clear(&s->own_bands[i]);
-        sc_free(s->own[i].results);
+        sc_image_clear(&s->own.bands[i]);
+        sc_free(s->own.tasks[i].results);
     }
     sc_free(s->slots);
     sc_free(s->inbox);
-    sc_free(s->ready);
-    sc_free(s->answers);
-    sc_free(s->next_answer);
+    sc_free(s->waiting.ready);
+    sc_free(s->waiting.answers);
+    sc_free(s->waiting.next_answer);
     sc_encoders_clear(&s->encoders);
 }
 
@@ -674,7 +686,7 @@ sc_status sc_farm_serve(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,
         serve(&s);
         dismiss(&s);
         status = s.status;
-        if (status == SC_ERR_INCOMPLETE && s.frames_accepted == frames_in_all(&s))
+        if (status == SC_ERR_INCOMPLETE && s.accepting.frames == frames_in_all(&s))
             status = SC_OK; /* the stop came too late to change anything */
     }
     close_server(&s);
