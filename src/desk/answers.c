@@ -16,7 +16,8 @@ void sc_desk_refuse(sc_desk *desk, sc_call *call, const char *why)
 int sc_desk_frame(const sc_desk *desk, const json_t *body)
 {
     const json_t *frame = json_object_get(body, "frame");
-    const json_int_t last = desk->now->job.animation.frames - 1, k = json_integer_value(frame);
+    const json_int_t last = desk->sessions.now->job.animation.frames - 1,
+                     k = json_integer_value(frame);
 
     return !json_is_integer(frame) ? desk->frame : (int)(k < 0 ? 0 : k > last ? last : k);
 }

@@ -109,7 +109,7 @@ static bool change(sc_desk *desk, sc_call *call)
         sc_steps_begin(&desk->steps, group ? group : "", &next);
     }
     desk->revision++;
-    desk->preparing_failed = false;
+    desk->volumes.failed = false;
     desk->changed_s = sc_wall_s();
     return true;
 }
@@ -136,7 +136,7 @@ static bool step(sc_desk *desk, sc_call *call)
         return false;
     }
     desk->revision++;
-    desk->preparing_failed = false;
+    desk->volumes.failed = false;
     desk->changed_s = sc_wall_s();
     return true;
 }
@@ -160,11 +160,11 @@ static bool wants(const sc_desk *desk, const sc_call *call)
 /* Let a call wait for news. */
 static void wait_for_news(sc_desk *desk, sc_call *call)
 {
-    if (desk->wait_count == SC_WAITING_MAX) {
+    if (desk->waits.count == SC_WAITING_MAX) {
         sc_http_answer(call, 503, "text/plain", NULL, 0, NULL);
         return;
     }
-    desk->waits[desk->wait_count++] = (sc_waiting){call, sc_wall_s()};
+    desk->waits.all[desk->waits.count++] = (sc_waiting){call, sc_wall_s()};
 }
 
 static void take(sc_desk *desk, sc_call *call)
@@ -218,9 +218,9 @@ static bool tell_news(sc_desk *desk, const sc_waiting *w)
 /* Answer those that wait, as far as there are news, until something else is asked for. */
 static void tell_all(sc_desk *desk)
 {
-    for (int i = 0; i < desk->wait_count && !sc_http_waits(desk->http);) {
-        if (tell_news(desk, &desk->waits[i]))
-            desk->waits[i] = desk->waits[--desk->wait_count];
+    for (int i = 0; i < desk->waits.count && !sc_http_waits(desk->http);) {
+        if (tell_news(desk, &desk->waits.all[i]))
+            desk->waits.all[i] = desk->waits.all[--desk->waits.count];
         else
             i++;
     }
@@ -245,8 +245,8 @@ static void serve(sc_desk *desk, const atomic_int *stop)
             desk->revision++;
         tell_all(desk);
     }
-    for (int i = 0; i < desk->wait_count; i++)
-        sc_http_answer(desk->waits[i].call, 503, "text/plain", NULL, 0, NULL);
+    for (int i = 0; i < desk->waits.count; i++)
+        sc_http_answer(desk->waits.all[i].call, 503, "text/plain", NULL, 0, NULL);
 }
 
 /* Load the job and serve it. */

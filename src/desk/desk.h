@@ -74,6 +74,26 @@ typedef struct sc_waiting {
     double since_s;
 } sc_waiting;
 enum { SC_WAITING_MAX = 64 }; /* as many pages may look on */
+typedef struct sc_waiting_list {
+    sc_waiting all[SC_WAITING_MAX]; /* [count] */
+    int count;
+} sc_waiting_list;
+
+/* How the volumes are prepared. */
+typedef struct sc_desk_volumes {
+    struct sc_preparing *preparing; /* NULL: nothing is being prepared */
+    bool failed;                    /* and will again, until something is changed */
+    sc_job prepared;                /* as which job they are prepared */
+    bool fit;                       /* they are prepared as the job asks now */
+} sc_desk_volumes;
+
+/* What pictures are drawn with. */
+typedef struct sc_desk_sessions {
+    sc_session *base; /* owns volumes, and what is drawn from them; NULL: not loaded yet */
+    sc_session *now;  /* that of the job as it is now; may borrow from base, or be base */
+    bool is_nudged;   /* changes were put into it as it is: see sc_desk_settle */
+    bool is_lit;      /* light was gathered for what is shown, or was not asked for */
+} sc_desk_sessions;
 
 typedef struct sc_desk {
     sc_app app; /* whose context collects messages in notes */
@@ -82,25 +102,18 @@ typedef struct sc_desk {
     const sc_desk_plan *plan;
     sc_http *http;
     atomic_int may_interrupt, *interrupt; /* see sc_http_settings; the latter is of sessions, too */
-    struct sc_preparing *preparing;       /* NULL: nothing is being prepared */
-    bool preparing_failed;                /* and will again, until something is changed */
     bool is_asked_to_stop;                /* by another rank */
     sc_steps steps;
     sc_notes notes;
-    sc_session *base; /* owns volumes, and what is drawn from them; NULL: not loaded yet */
-    sc_session *now;  /* that of the job as it is now; may borrow from base, or be base */
-    long revision;    /* counts changes */
-    int size_px[2];   /* of the frames of the job, whatever the pictures that are shown have */
-    int frame;        /* at which the film is looked at */
-    bool is_nudged;   /* changes were put into the session as it is: see sc_desk_settle */
-    sc_job prepared;  /* as which job the volumes are prepared */
-    bool fits;        /* they are prepared as the job asks now */
-    bool is_lit;      /* light was gathered for what is shown, or was not asked for */
+    sc_desk_volumes volumes;
+    sc_desk_sessions sessions;
+    long revision;  /* counts changes */
+    int size_px[2]; /* of the frames of the job, whatever the pictures that are shown have */
+    int frame;      /* at which the film is looked at */
     sc_shown shown;
     sc_job_file file; /* where the job is saved */
     sc_rendering rendering;
-    sc_waiting waits[SC_WAITING_MAX];
-    int wait_count;
+    sc_waiting_list waits;
     double changed_s; /* when something was changed for the last time */
 } sc_desk;
 
@@ -111,9 +124,9 @@ sc_job_sources sc_desk_sources(const sc_desk *desk, const sc_edits *edits, sc_se
 /* Read and check the job with these edits. @param out caller owns: sc_job_clear. @return as
  * sc_job_load. */
 sc_status sc_desk_read(sc_desk *desk, const sc_edits *edits, sc_job *out);
-/* Make desk->now anew, for the job with these edits and the size of the picture. It stays as it was
- * after an error, which is in the notes. Collective, as are sc_desk_reload and sc_desk_draw: rank 0
- * requests it from the others, whose own arguments are ignored. */
+/* Make desk->sessions.now anew, for the job with these edits and the size of the picture. It stays
+ * as it was after an error, which is in the notes. Collective, as are sc_desk_reload and
+ * sc_desk_draw: rank 0 requests it from the others, whose own arguments are ignored. */
 sc_status sc_desk_follow(sc_desk *desk, const sc_edits *edits);
 /* The same, with volumes that are loaded anew. */
 sc_status sc_desk_reload(sc_desk *desk);

@@ -69,33 +69,33 @@ sc_status sc_desk_nudge(sc_desk *desk, const json_t *pairs, const sc_edits *edit
 {
     SC_OWN(sc_job_clear) sc_job job = {0};
     int frame;
-    sc_panel *panel = sc_session_panel(desk->now, desk->frame, &frame);
-    const size_t shot = (size_t)(panel - desk->now->panels);
+    sc_panel *panel = sc_session_panel(desk->sessions.now, desk->frame, &frame);
+    const size_t shot = (size_t)(panel - desk->sessions.now->panels);
     sc_timeline before = panel->timeline;
 
     *done = false;
-    if (!are_simple(pairs) || desk->now->compare || panel->phases != 1)
+    if (!are_simple(pairs) || desk->sessions.now->compare || panel->phases != 1)
         return SC_OK;
     SC_PASS(sc_desk_read(desk, edits, &job));
-    if (desk->now->spans && shot >= job.film.shot_count)
+    if (desk->sessions.now->spans && shot >= job.film.shot_count)
         return SC_OK;
-    *done = take(desk->now->spans ? &job.film.shots[shot].job.animation : &job.animation,
+    *done = take(desk->sessions.now->spans ? &job.film.shots[shot].job.animation : &job.animation,
                  &panel->timeline);
     if (!*done)
         panel->timeline = before;
-    desk->is_nudged = desk->is_nudged || *done;
+    desk->sessions.is_nudged = desk->sessions.is_nudged || *done;
     return SC_OK;
 }
 
 void sc_desk_settle(sc_desk *desk)
 {
-    const bool is_lit = desk->is_lit; /* moves of the camera leave light as it is */
+    const bool is_lit = desk->sessions.is_lit; /* moves of the camera leave light as it is */
 
-    if (!desk->is_nudged)
+    if (!desk->sessions.is_nudged)
         return;
-    desk->is_nudged = false;
+    desk->sessions.is_nudged = false;
     if (sc_desk_follow(desk, &desk->steps.now) == SC_OK) {
-        desk->is_lit = is_lit;
+        desk->sessions.is_lit = is_lit;
         return;
     }
     if (sc_steps_go(&desk->steps, true)) /* such a job has no pictures: as before the hand moved */

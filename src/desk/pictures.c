@@ -60,15 +60,15 @@ static double choose_scale(const sc_shown *shown)
 /* Draw a sketch to @p image. */
 static sc_status draw_sketch(sc_desk *desk, sc_image *image)
 {
-    const double scale = desk->now->compare ? 1 : choose_scale(&desk->shown);
+    const double scale = desk->sessions.now->compare ? 1 : choose_scale(&desk->shown);
     const int *size_px = desk->shown.size_px;
     const int width = (int)fmax(16, floor(scale * size_px[0] + 0.5));
     const int height = (int)fmax(16, floor(scale * size_px[1] + 0.5));
     sc_status status;
     double begin_s;
 
-    SC_PASS(sc_image_init_alpha(&desk->ctx, width, height, desk->now->job.render.background.is_none,
-                                image));
+    SC_PASS(sc_image_init_alpha(&desk->ctx, width, height,
+                                desk->sessions.now->job.render.background.is_none, image));
     begin_s = sc_wall_s();
     status = sc_desk_draw(desk, desk->frame, true, image);
     begin_s = (sc_wall_s() - begin_s) / ((double)width * height);
@@ -89,7 +89,7 @@ void sc_desk_sketch(sc_desk *desk, sc_call *call)
  */
 static bool is_outdated(const sc_desk *desk)
 {
-    return !desk->fits && !desk->preparing_failed;
+    return !desk->volumes.fit && !desk->volumes.failed;
 }
 
 /* @return whether a picture is drawn in plain light: at first, and as long as that is so. */
@@ -98,31 +98,31 @@ static bool is_plain(const sc_desk *desk, const sc_call *call)
     const json_t *plain = json_object_get(call->body, "plain");
     const bool is_seen = json_is_integer(plain) && json_integer_value(plain) == desk->revision;
 
-    return !desk->is_lit && !strcmp(call->verb, "picture") && !desk->now->compare &&
-           (!is_seen || is_outdated(desk));
+    return !desk->sessions.is_lit && !strcmp(call->verb, "picture") &&
+           !desk->sessions.now->compare && (!is_seen || is_outdated(desk));
 }
 
 bool sc_desk_refine(sc_desk *desk, sc_call *call)
 {
     SC_OWN(sc_image_clear) sc_image image = {0};
     const bool plain = is_plain(desk, call);
-    sc_status status = sc_session_image(&desk->app, desk->now, &image);
+    sc_status status = sc_session_image(&desk->app, desk->sessions.now, &image);
     bool gives_up;
 
     desk->may_interrupt = 1;
     gives_up = sc_http_waits(desk->http);
-    if (!plain && !desk->is_lit && !desk->preparing)
+    if (!plain && !desk->sessions.is_lit && !desk->volumes.preparing)
         sc_stage_begin(desk->outer, "gathering light", 0, 0);
     if (!gives_up && status == SC_OK)
         status = sc_desk_draw(desk, sc_desk_frame(desk, call->body), plain, &image);
     desk->may_interrupt = 0;
     gives_up = gives_up || *desk->interrupt;
     *desk->interrupt = 0;
-    if (!desk->preparing)
+    if (!desk->volumes.preparing)
         sc_stage_end(desk->outer);
     if (gives_up)
         return false;
-    desk->is_lit = desk->is_lit || (!plain && status == SC_OK);
+    desk->sessions.is_lit = desk->sessions.is_lit || (!plain && status == SC_OK);
     answer_picture(desk, call, status, &image, NULL, plain && !is_outdated(desk) ? MORE : STAYS);
     return true;
 }
@@ -132,7 +132,7 @@ void sc_desk_slice(sc_desk *desk, sc_call *call)
     const json_int_t which = json_integer_value(json_object_get(call->body, "which"));
     SC_OWN(sc_image_clear) sc_image image = {0};
     int size_px[2], frame;
-    sc_panel *panel = sc_session_panel(desk->now, desk->frame, &frame);
+    sc_panel *panel = sc_session_panel(desk->sessions.now, desk->frame, &frame);
     sc_render_stats stats;
     sc_scene scene, slice;
     sc_views views;
@@ -160,7 +160,7 @@ void sc_desk_slice(sc_desk *desk, sc_call *call)
 void sc_desk_pick(sc_desk *desk, sc_call *call)
 {
     int size_px[2], frame;
-    sc_panel *panel = sc_session_panel(desk->now, desk->frame, &frame);
+    sc_panel *panel = sc_session_panel(desk->sessions.now, desk->frame, &frame);
     double x, y;
     sc_pick pick;
     sc_scene scene;

@@ -73,21 +73,21 @@ void sc_desk_begin_preparing(sc_desk *desk)
 {
     struct sc_preparing *p = NULL;
 
-    if (desk->fits || desk->preparing || desk->preparing_failed)
+    if (desk->volumes.fit || desk->volumes.preparing || desk->volumes.failed)
         return;
     if (!can_adopt(desk)) {
-        desk->preparing_failed = sc_desk_reload(desk) != SC_OK;
+        desk->volumes.failed = sc_desk_reload(desk) != SC_OK;
         desk->revision++;
         return;
     }
-    desk->preparing_failed = SC_ZALLOC(&desk->ctx, 1, &p) != SC_OK;
-    if (desk->preparing_failed)
+    desk->volumes.failed = SC_ZALLOC(&desk->ctx, 1, &p) != SC_OK;
+    if (desk->volumes.failed)
         return;
     if (begin(desk, p) == SC_OK && !pthread_create(&p->thread, NULL, run, p)) {
-        desk->preparing = p;
+        desk->volumes.preparing = p;
     } else {
         drop(p);
-        desk->preparing_failed = true;
+        desk->volumes.failed = true;
     }
 }
 
@@ -97,49 +97,49 @@ static bool adopt(sc_desk *desk, struct sc_preparing *p)
 {
     bool fits = false;
 
-    if (sc_inputs_fit(&desk->app, p->desk.base->inputs, &p->desk.prepared, &desk->now->job,
-                      &fits) != SC_OK ||
+    if (sc_inputs_fit(&desk->app, p->desk.sessions.base->inputs, &p->desk.volumes.prepared,
+                      &desk->sessions.now->job, &fits) != SC_OK ||
         !fits)
         return false;
     if (p->alone)
         return sc_desk_reload(desk) == SC_OK;
     sc_desk_close(desk);
-    desk->base = desk->now = p->desk.base;
-    desk->prepared = p->desk.prepared;
-    desk->fits = true;
-    p->desk.base = p->desk.now = NULL;
-    p->desk.prepared = (sc_job){0};
+    desk->sessions.base = desk->sessions.now = p->desk.sessions.base;
+    desk->volumes.prepared = p->desk.volumes.prepared;
+    desk->volumes.fit = true;
+    p->desk.sessions.base = p->desk.sessions.now = NULL;
+    p->desk.volumes.prepared = (sc_job){0};
     return true;
 }
 
 bool sc_desk_take_prepared(sc_desk *desk)
 {
-    struct sc_preparing *p = desk->preparing;
+    struct sc_preparing *p = desk->volumes.preparing;
     bool adopted = false;
 
     if (!p || !p->is_done)
         return false;
     pthread_join(p->thread, NULL);
-    desk->preparing = NULL;
+    desk->volumes.preparing = NULL;
     sc_display_end_stage(&p->desk.app);
     if (p->status == SC_OK)
         adopted = adopt(desk, p);
     else
         json_array_extend(desk->notes.list, p->desk.notes.list);
-    desk->preparing_failed = p->status != SC_OK;
+    desk->volumes.failed = p->status != SC_OK;
     drop(p);
     if (adopted) /* for the camera of now */
         (void)sc_desk_follow(desk, &desk->steps.now);
-    return adopted || desk->preparing_failed;
+    return adopted || desk->volumes.failed;
 }
 
 void sc_desk_drop_preparing(sc_desk *desk)
 {
-    if (!desk->preparing)
+    if (!desk->volumes.preparing)
         return;
     sc_signals_expendable(true);
-    pthread_join(desk->preparing->thread, NULL);
+    pthread_join(desk->volumes.preparing->thread, NULL);
     sc_signals_expendable(false);
-    drop(desk->preparing);
-    desk->preparing = NULL;
+    drop(desk->volumes.preparing);
+    desk->volumes.preparing = NULL;
 }

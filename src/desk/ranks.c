@@ -39,8 +39,8 @@ static sc_status draw_rows(sc_desk *desk, const sc_order *o, const sc_rows *rows
 {
     sc_render_stats stats;
 
-    return (o->hurries ? sc_session_sketch : sc_session_draw)(&desk->app, desk->now, o->frame, rows,
-                                                              image, &stats);
+    return (o->hurries ? sc_session_sketch : sc_session_draw)(&desk->app, desk->sessions.now,
+                                                              o->frame, rows, image, &stats);
 }
 
 /* Draw the bands of a rank, each to s->image and from there to s->rows: other rows of the picture
@@ -78,7 +78,7 @@ static sc_status make_room(sc_desk *desk, const sc_order *o, share *s)
     if (sc_comm_size(desk->app.comm) == 1)
         return SC_OK;
     SC_PASS(sc_image_init_alpha(&desk->ctx, o->size_px[0], o->size_px[1],
-                                desk->now->job.render.background.is_none, &s->image));
+                                desk->sessions.now->job.render.background.is_none, &s->image));
     return SC_ALLOC(&desk->ctx, sc_image_bytes(&s->image) + 1, &s->rows);
 }
 
@@ -86,7 +86,7 @@ static sc_status make_room(sc_desk *desk, const sc_order *o, share *s)
 static sc_status begin(sc_desk *desk, const sc_order *o)
 {
     int frame;
-    sc_timeline *t = &sc_session_panel(desk->now, o->frame, &frame)->timeline;
+    sc_timeline *t = &sc_session_panel(desk->sessions.now, o->frame, &frame)->timeline;
     const sc_looks looks = t->looks;
     const sc_way_point *ways = t->ways;
 
@@ -94,8 +94,8 @@ static sc_status begin(sc_desk *desk, const sc_order *o)
         sc_comm_broadcast(desk->app.comm, t, sizeof *t);
     t->looks = looks; /* what was received are addresses of rank 0 */
     t->ways = ways;
-    sc_session_hurry(desk->now, o->hurries);
-    return o->hurries ? SC_OK : sc_session_light(&desk->app, desk->now);
+    sc_session_hurry(desk->sessions.now, o->hurries);
+    return o->hurries ? SC_OK : sc_session_light(&desk->app, desk->sessions.now);
 }
 
 /* Receive the rows that the other ranks have drawn, into @p image. @return false if a rank has not
@@ -133,7 +133,7 @@ sc_status sc_desk_draw(sc_desk *desk, int frame, bool hurries, sc_image *image)
                         .frame = frame,
                         .size_px = {image->width_px, image->height_px},
                         .hurries = hurries,
-                        .is_nudged = desk->is_nudged};
+                        .is_nudged = desk->sessions.is_nudged};
     SC_OWN(clear_share) share s = {0};
     sc_status status;
 

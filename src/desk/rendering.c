@@ -96,7 +96,7 @@ static char *read_output(const sc_desk *desk, const char *name, size_t most, siz
     const sc_ctx quiet = sc_quiet(&desk->ctx);
     char path[2 * SC_PATH_BYTES], *data = NULL;
 
-    snprintf(path, sizeof path, "%s/%s", desk->now->job.output.directory, name);
+    snprintf(path, sizeof path, "%s/%s", desk->sessions.now->job.output.directory, name);
     return sc_file_read(&quiet, path, most, &data, bytes) == SC_OK ? data : NULL;
 }
 
@@ -109,16 +109,16 @@ void sc_desk_rendering(sc_desk *desk, sc_call *call)
 
     look(r);
     sc_free(status);
-    sc_http_answer_json(call, 200,
-                        json_pack("{s:b, s:b, s:i, s:o, s:s, s:o}", "started", r->said != NULL,
-                                  "runs", r->process != 0, "exit", r->exit_code, "said",
-                                  said(r->said), "directory", desk->now->job.output.directory,
-                                  "status", json ? json : json_null()));
+    sc_http_answer_json(
+        call, 200,
+        json_pack("{s:b, s:b, s:i, s:o, s:s, s:o}", "started", r->said != NULL, "runs",
+                  r->process != 0, "exit", r->exit_code, "said", said(r->said), "directory",
+                  desk->sessions.now->job.output.directory, "status", json ? json : json_null()));
 }
 
 void sc_desk_film(sc_desk *desk, sc_call *call)
 {
-    const char *name = desk->now->job.output.video, *ending = strrchr(name, '.');
+    const char *name = desk->sessions.now->job.output.video, *ending = strrchr(name, '.');
     const bool is_webm = ending && (!strcmp(ending, ".webm") || !strcmp(ending, ".mkv"));
     const bool is_image = ending && (!strcmp(ending, ".gif") || !strcmp(ending, ".webp"));
     size_t bytes = 0;

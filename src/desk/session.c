@@ -70,36 +70,36 @@ static bool is_mixed(const sc_session *session)
  */
 static void replace(sc_desk *desk, sc_session *next)
 {
-    if (desk->now != desk->base)
-        free_session(&desk->now);
-    desk->now = next;
+    if (desk->sessions.now != desk->sessions.base)
+        free_session(&desk->sessions.now);
+    desk->sessions.now = next;
     if (!next->lender || !sc_session_renderer(next, 0))
         return;
-    sc_session_move_inputs(desk->base, next);
+    sc_session_move_inputs(desk->sessions.base, next);
     next->lender = NULL;
-    free_session(&desk->base);
-    desk->base = next;
+    free_session(&desk->sessions.base);
+    desk->sessions.base = next;
 }
 
 /* Make the session of the edits with the volumes of the base. @param borrows renderers, too. */
 static sc_status make(sc_desk *desk, const sc_edits *edits, bool borrows, sc_session **out)
 {
     SC_OWN(free_session) sc_session *next = NULL;
-    const int panels = desk->base ? desk->base->panel_count : 0;
+    const int panels = desk->sessions.base ? desk->sessions.base->panel_count : 0;
     sc_status status = SC_OK;
 
     SC_PASS(sc_comm_agree(desk->app.comm, SC_ZALLOC(&desk->ctx, 1, &next)));
     SC_PASS(begin(desk, edits, next));
-    next->lender = desk->base;
-    if (desk->base)
-        status =
-            sc_inputs_fit(&desk->app, desk->base->inputs, &desk->prepared, &next->job, &desk->fits);
+    next->lender = desk->sessions.base;
+    if (desk->sessions.base)
+        status = sc_inputs_fit(&desk->app, desk->sessions.base->inputs, &desk->volumes.prepared,
+                               &next->job, &desk->volumes.fit);
     SC_PASS(sc_comm_agree(desk->app.comm, status));
-    if (desk->base && !borrows)
-        desk->base->panel_count = 0;
+    if (desk->sessions.base && !borrows)
+        desk->sessions.base->panel_count = 0;
     status = sc_session_volume(&desk->app, next);
-    if (desk->base)
-        desk->base->panel_count = panels;
+    if (desk->sessions.base)
+        desk->sessions.base->panel_count = panels;
     SC_PASS(status);
     *out = next;
     next = NULL;
@@ -112,9 +112,9 @@ static sc_status note_prepared(sc_desk *desk, const sc_edits *edits)
     sc_session session = {0};
 
     SC_PASS(begin(desk, edits, &session));
-    sc_job_clear(&desk->prepared);
-    desk->prepared = session.job;
-    desk->fits = true;
+    sc_job_clear(&desk->volumes.prepared);
+    desk->volumes.prepared = session.job;
+    desk->volumes.fit = true;
     return SC_OK;
 }
 
@@ -126,17 +126,17 @@ static sc_status follow(sc_desk *desk, const sc_edits *edits)
     json_array_clear(desk->notes.list);
     desk->notes.errors = 0;
     SC_PASS(make(desk, edits, true, &next));
-    if (desk->base && is_mixed(next)) {
+    if (desk->sessions.base && is_mixed(next)) {
         free_session(&next);
         SC_PASS(make(desk, edits, false, &next));
     }
-    if (!desk->base) {
-        desk->base = next;
+    if (!desk->sessions.base) {
+        desk->sessions.base = next;
         SC_PASS(note_prepared(desk, edits));
     }
     replace(desk, next);
-    desk->is_nudged = false;
-    desk->is_lit = next->job.light.constant.method < SC_LIGHT_GLOBAL;
+    desk->sessions.is_nudged = false;
+    desk->sessions.is_lit = next->job.light.constant.method < SC_LIGHT_GLOBAL;
     if (desk->frame >= next->job.animation.frames)
         desk->frame = next->job.animation.frames - 1;
     return SC_OK;
@@ -158,25 +158,25 @@ static void free_sessions(sc_session *base, sc_session *now)
 
 sc_status sc_desk_reload(sc_desk *desk)
 {
-    sc_session *base = desk->base, *now = desk->now;
+    sc_session *base = desk->sessions.base, *now = desk->sessions.now;
     sc_status status;
 
     sc_desk_tell(desk, &(sc_order){.what = SC_ORDER_RELOAD});
-    desk->base = desk->now = NULL;
+    desk->sessions.base = desk->sessions.now = NULL;
     status = follow(desk, &desk->steps.now);
     if (status == SC_OK) {
         free_sessions(base, now);
     } else {
-        free_sessions(desk->base, desk->now);
-        desk->base = base;
-        desk->now = now;
+        free_sessions(desk->sessions.base, desk->sessions.now);
+        desk->sessions.base = base;
+        desk->sessions.now = now;
     }
     return status;
 }
 
 void sc_desk_close(sc_desk *desk)
 {
-    sc_job_clear(&desk->prepared);
-    free_sessions(desk->base, desk->now);
-    desk->base = desk->now = NULL;
+    sc_job_clear(&desk->volumes.prepared);
+    free_sessions(desk->sessions.base, desk->sessions.now);
+    desk->sessions.base = desk->sessions.now = NULL;
 }

@@ -38,7 +38,7 @@ static json_t *of_camera(const sc_camera *c)
 json_t *sc_desk_view_of(const sc_desk *desk, const sc_scene *scene, bool more)
 {
     return json_pack("{s:i, s:b, s:b, s:i, s:o, s:o, s:o}", "revision", (int)desk->revision, "fits",
-                     desk->fits, "more", more, "frame", desk->frame, "camera",
+                     desk->volumes.fit, "more", more, "frame", desk->frame, "camera",
                      of_camera(&scene->camera), "planes", of_planes(scene), "point",
                      of_vector(scene->point_mm));
 }
@@ -46,7 +46,7 @@ json_t *sc_desk_view_of(const sc_desk *desk, const sc_scene *scene, bool more)
 json_t *sc_desk_view(sc_desk *desk, bool more)
 {
     int frame;
-    sc_panel *panel = sc_session_panel(desk->now, desk->frame, &frame);
+    sc_panel *panel = sc_session_panel(desk->sessions.now, desk->frame, &frame);
     const sc_scene scene = sc_panel_scene(panel, frame);
 
     return sc_desk_view_of(desk, &scene, more);
@@ -156,7 +156,7 @@ static json_t *values_of(sc_desk *desk)
 {
     SC_OWN(sc_text_clear) sc_text text = {0};
 
-    if (sc_job_write_json(&desk->ctx, &desk->now->job, &text) != SC_OK)
+    if (sc_job_write_json(&desk->ctx, &desk->sessions.now->job, &text) != SC_OK)
         return json_null();
     return json_loads(text.data, 0, NULL);
 }
@@ -164,19 +164,19 @@ static json_t *values_of(sc_desk *desk)
 json_t *sc_desk_state(sc_desk *desk)
 {
     int frame;
-    sc_panel *panel = sc_session_panel(desk->now, desk->frame, &frame);
-    const sc_job *job = &desk->now->job;
+    sc_panel *panel = sc_session_panel(desk->sessions.now, desk->frame, &frame);
+    const sc_job *job = &desk->sessions.now->job;
     const char *path = desk->file.path;
 
-    return json_pack("{s:i, s:s, s:s, s:b, s:b, s:i, s:i, s:i, s:i, s:i, s:i, s:[ii], s:o, s:o, "
-                     "s:o, s:o, s:o, s:o, s:O, s:b}",
-                     "revision", (int)desk->revision, "name", sc_file_name(path), "path", path,
-                     "isNew", desk->file.on_disk == NULL, "unsaved", sc_desk_is_unsaved(desk),
-                     "shot", (int)(panel - desk->now->panels), "undo", desk->steps.undo_count,
-                     "redo", desk->steps.redo_count, "frame", desk->frame, "frames",
-                     job->animation.frames, "fps", job->output.fps, "size", desk->size_px[0],
-                     desk->size_px[1], "job", tree_of(desk), "values", values_of(desk), "tissues",
-                     of_tissues(panel), "orbit", of_orbit(panel, frame), "low",
-                     of_vector(panel->timeline.low_mm), "high", of_vector(panel->timeline.high_mm),
-                     "notes", desk->notes.list, "fits", desk->fits);
+    return json_pack(
+        "{s:i, s:s, s:s, s:b, s:b, s:i, s:i, s:i, s:i, s:i, s:i, s:[ii], s:o, s:o, "
+        "s:o, s:o, s:o, s:o, s:O, s:b}",
+        "revision", (int)desk->revision, "name", sc_file_name(path), "path", path, "isNew",
+        desk->file.on_disk == NULL, "unsaved", sc_desk_is_unsaved(desk), "shot",
+        (int)(panel - desk->sessions.now->panels), "undo", desk->steps.undo_count, "redo",
+        desk->steps.redo_count, "frame", desk->frame, "frames", job->animation.frames, "fps",
+        job->output.fps, "size", desk->size_px[0], desk->size_px[1], "job", tree_of(desk), "values",
+        values_of(desk), "tissues", of_tissues(panel), "orbit", of_orbit(panel, frame), "low",
+        of_vector(panel->timeline.low_mm), "high", of_vector(panel->timeline.high_mm), "notes",
+        desk->notes.list, "fits", desk->volumes.fit);
 }
