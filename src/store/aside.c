@@ -89,7 +89,7 @@ static sc_status set_frames_aside(const sc_ctx *ctx, const sc_store *store)
         const sc_frame_line *line = &store->data.lines[k];
         char path[SC_FILE_BYTES];
 
-        if (store->has_png[k] || !line->known || !line->done.png_bytes)
+        if (store->outputs.has_png[k] || !line->known || !line->done.png_bytes)
             continue;
         sc_store_path(store->directory, path, "frames/%06d.png", k);
         if (is_picture(path))

@@ -9,10 +9,10 @@ sc_status sc_store_write_segment(const sc_ctx *ctx, sc_store *store, int gop,
 
     sc_store_path(store->directory, path, "segments/%06d.seg", gop);
     SC_PASS(sc_file_write(ctx, path, segment->data, segment->bytes));
-    store->has_segment[gop] = true;
+    store->outputs.has_segment[gop] = true;
     sc_partial_remove(&store->partial, gop, gop * store->gop_frames,
                       sc_store_gop_frames(store, gop));
-    return sc_manifest_sync(ctx, store->manifest);
+    return sc_manifest_sync(ctx, store->manifest.writer);
 }
 
 /* End the GOP that the encoder works on, and write its segment; no GOP is begun then, after an
@@ -34,7 +34,7 @@ static bool can_encode(const sc_store *store, int gop)
     const int first = gop * store->gop_frames;
 
     for (int k = first; k < first + sc_store_gop_frames(store, gop); k++) {
-        if (store->partial.locations[k].file < 0 && !store->wanted[k])
+        if (store->partial.locations[k].file < 0 && !store->outputs.wanted[k])
             return false;
     }
     return true;
@@ -102,7 +102,7 @@ sc_status sc_store_encode_partial(const sc_ctx *ctx, sc_store *store)
     sc_stage_begin(ctx, "encoding", 0, (uint64_t)store->gop_count);
     for (int gop = 0; gop < store->gop_count; gop++) {
         const int first = gop * store->gop_frames;
-        bool all = !store->has_segment[gop];
+        bool all = !store->outputs.has_segment[gop];
 
         sc_stage_add(ctx, 1);
         for (int k = first; k < first + sc_store_gop_frames(store, gop); k++)

@@ -20,8 +20,8 @@ void sc_store_path(const char *directory, char out[SC_FILE_BYTES], const char *f
 
 void sc_store_manifest_path(const sc_store *store, char out[SC_FILE_BYTES])
 {
-    if (store->slice)
-        sc_store_path(store->directory, out, "manifest.%s.jsonl", store->slice);
+    if (store->role.slice)
+        sc_store_path(store->directory, out, "manifest.%s.jsonl", store->role.slice);
     else
         sc_store_path(store->directory, out, "manifest.jsonl");
 }

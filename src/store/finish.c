@@ -12,7 +12,7 @@ static sc_status write_partial_video(const sc_ctx *ctx, sc_store *store)
     SC_OWN(sc_text_clear) sc_text partial = {0};
     int gops = 0;
 
-    while (gops < store->gop_count && store->has_segment[gops])
+    while (gops < store->gop_count && store->outputs.has_segment[gops])
         gops++;
     if (!store->has_video || gops == 0)
         return SC_OK;
@@ -28,13 +28,13 @@ static sc_status write_whole_manifest(const sc_ctx *ctx, sc_store *store, bool c
 {
     char path[SC_FILE_BYTES];
 
-    if (!store->slice && sc_store_is_replaced(store))
+    if (!store->role.slice && sc_store_is_replaced(store))
         return SC_ERR_INCOMPLETE;
-    sc_manifest_close(store->manifest);
-    store->manifest = NULL;
+    sc_manifest_close(store->manifest.writer);
+    store->manifest.writer = NULL;
     sc_store_path(store->directory, path, "manifest.jsonl");
     return sc_manifest_create(ctx, path, &store->job, &store->data, NULL, close,
-                              store->slice ? NULL : &store->manifest_id, NULL);
+                              store->role.slice ? NULL : &store->manifest.id, NULL);
 }
 
 /* Complete a job of which every line, PNG file and segment is there: make the video and the whole
@@ -53,7 +53,7 @@ static sc_status complete_job(const sc_ctx *ctx, sc_store *store)
     }
     store->data.end = end;
     SC_PASS(write_whole_manifest(ctx, store, false));
-    if (store->slice)
+    if (store->role.slice)
         SC_PASS(sc_store_remove_slices(ctx, store));
     sc_store_remove_unfinished(ctx, store);
     store->complete = true;
@@ -89,14 +89,14 @@ static sc_status count_lines(const sc_ctx *ctx, void *user, const char *path, co
  * process may be the last; another slice that has not ended yet will complete the job instead. */
 static sc_status try_to_complete(const sc_ctx *ctx, sc_store *store, int *missing)
 {
-    if (store->slice) {
+    if (store->role.slice) {
         store->data.count = 0;
         SC_PASS(sc_each_file(ctx, store->directory, sc_is_manifest_name, store, count_lines));
         if (store->data.count >= store->job.frames)
             SC_PASS(sc_store_scan(ctx, store));
     }
     *missing = store->complete ? 0 : count_missing(store);
-    if (*missing > 0 || store->complete || (store->open_slices && !store->takes_over))
+    if (*missing > 0 || store->complete || (store->open_slices && !store->role.takes_over))
         return SC_OK;
     if (store->has_video)
         SC_PASS(sc_store_encode_partial(ctx, store));
@@ -112,17 +112,17 @@ sc_status sc_store_finish(const sc_ctx *ctx, sc_store *store, int *missing)
     *missing = 0;
     if (store->complete)
         return SC_OK;
-    if (!store->slice && sc_store_is_replaced(store))
+    if (!store->role.slice && sc_store_is_replaced(store))
         return SC_ERR_INCOMPLETE;
     SC_TRY(sc_partial_sync(ctx, &store->partial));
-    SC_TRY(sc_manifest_sync(ctx, store->manifest));
+    SC_TRY(sc_manifest_sync(ctx, store->manifest.writer));
     /* If two slices end at the same time, one may remove files that the other is reading. Therefore
      * the first attempt of a slice may fail without a message; the second one finds what the other
      * has completed. */
-    status = store->slice ? try_to_complete(&silent, store, missing) : SC_ERR_INTERNAL;
+    status = store->role.slice ? try_to_complete(&silent, store, missing) : SC_ERR_INTERNAL;
     if (status != SC_OK)
         SC_TRY(try_to_complete(ctx, store, missing));
-    if (*missing > 0 && !store->slice)
+    if (*missing > 0 && !store->role.slice)
         SC_TRY(write_partial_video(ctx, store));
 out:
     store->times.encode_wall_s += sc_wall_s() - begin_s;
@@ -163,11 +163,11 @@ sc_status sc_store_end_slice(const sc_ctx *ctx, sc_store *store)
     SC_OWN(sc_file_lines_clear) sc_file_lines files = {0};
     record_list list = {store, &files};
 
-    if (store->manifest && store->slice) {
-        SC_PASS(sc_each_record(ctx, store->slice, &list, prove_record));
+    if (store->manifest.writer && store->role.slice) {
+        SC_PASS(sc_each_record(ctx, store->role.slice, &list, prove_record));
         sc_file_lines_sort(&files);
-        SC_PASS(sc_manifest_add_close(ctx, store->manifest, &files));
-        SC_PASS(sc_manifest_sync(ctx, store->manifest));
+        SC_PASS(sc_manifest_add_close(ctx, store->manifest.writer, &files));
+        SC_PASS(sc_manifest_sync(ctx, store->manifest.writer));
     }
     return SC_OK;
 }
@@ -228,7 +228,7 @@ static sc_status prove_records(const sc_ctx *ctx, sc_store *store)
     SC_PASS(drop_changed_records(ctx, store));
     SC_PASS(prove_job(ctx, store));
     SC_PASS(prove_file(ctx, &list, SC_CRATE_NAME));
-    return store->joins ? SC_OK : sc_each_record(ctx, store->slice, &list, prove_record);
+    return store->role.joins ? SC_OK : sc_each_record(ctx, store->role.slice, &list, prove_record);
 }
 
 sc_status sc_store_seal(const sc_ctx *ctx, sc_store *store)

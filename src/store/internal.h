@@ -111,13 +111,32 @@ typedef struct sc_file_id {
     uint64_t device, inode;
 } sc_file_id;
 
+/* What this process does of the job. */
+typedef struct sc_store_role {
+    const char *slice; /* NULL: the whole job */
+    bool joins;        /* it draws nothing */
+    bool takes_over;   /* it completes the job even if another slice has not ended */
+} sc_store_role;
+
+/* Which outputs are still to be made, and which are there. */
+typedef struct sc_store_outputs {
+    bool *wanted;      /* [frames]: not there when opened, and this process accepts it */
+    bool *has_png;     /* [frames]: the PNG file is verified, or was written here */
+    bool *has_segment; /* [gop_count]: the segment is verified, or was written here */
+} sc_store_outputs;
+
+/* The manifest of this process. */
+typedef struct sc_own_manifest {
+    sc_manifest_writer *writer; /* NULL: complete, or nothing wanted */
+    sc_file_id id;              /* of the file, as this process has made it; zero: not made */
+    double synced_s;            /* when it was last flushed to disk, by sc_wall_s */
+} sc_own_manifest;
+
 struct sc_store {
     char directory[SC_DIRECTORY_BYTES];
     sc_store_job job;
-    const char *slice;         /* NULL: this process does the whole job */
+    sc_store_role role;
     bool has_video;            /* job.video is not "none"; without one there are no segments */
-    bool joins;                /* this process draws nothing */
-    bool takes_over;           /* it completes the job even if another slice has not ended */
     bool owns_more;            /* it makes what no manifest in the directory names */
     bool complete;             /* the job is finished and verified */
     bool sealed;               /* and so are its records; nothing more is written */
@@ -125,16 +144,12 @@ struct sc_store {
     uint64_t identity;         /* hash of job_hash, volume_hash, frames and version */
     int gop_frames, gop_count; /* length of a GOP, but for the last one, and number of GOPs */
     sc_manifest_data data;     /* of all manifests in the directory, kept up to date; owns lines */
-    bool *wanted;              /* [frames]: not there when opened, and this process accepts it */
-    bool *has_png;             /* [frames]: the PNG file is verified, or was written here */
-    bool *has_segment;         /* [gop_count]: the segment is verified, or was written here */
+    sc_store_outputs outputs;
     sc_partial_gops partial;
-    sc_manifest_writer *manifest; /* of this process; NULL: complete, or nothing wanted */
-    sc_file_id manifest_id;       /* of that file, as this process has made it; zero: not made */
-    double synced_s;              /* when the manifest was last flushed to disk, by sc_wall_s */
-    sc_encoder *encoder;          /* NULL until sc_store_open_encoder */
-    int encoding;                 /* the GOP that the encoder works on, or -1 */
-    void *picture;                /* buffer of sc_picture_bytes for a picture that is read back */
+    sc_own_manifest manifest;
+    sc_encoder *encoder; /* NULL until sc_store_open_encoder */
+    int encoding;        /* the GOP that the encoder works on, or -1 */
+    void *picture;       /* buffer of sc_picture_bytes for a picture that is read back */
     sc_store_times times;
 };
 

@@ -61,9 +61,9 @@ static sc_status note(const sc_ctx *ctx, sc_store *store, const job_file *text)
     if (is_known(&store->data.jobs, text))
         return SC_OK;
     SC_PASS(sc_job_texts_put(ctx, &store->data.jobs, text->bytes, text->hash));
-    if (store->manifest) {
-        SC_PASS(sc_manifest_add_job(ctx, store->manifest, text->bytes, text->hash));
-        return sc_manifest_sync(ctx, store->manifest);
+    if (store->manifest.writer) {
+        SC_PASS(sc_manifest_add_job(ctx, store->manifest.writer, text->bytes, text->hash));
+        return sc_manifest_sync(ctx, store->manifest.writer);
     }
     /* The job is complete, and its records are not: this manifest is that of all its slices. */
     sc_store_path(store->directory, path, "manifest.jsonl");

@@ -135,7 +135,7 @@ static sc_status read_owned(const sc_ctx *ctx, void *user, const char *path, con
     const sc_ctx quiet = sc_quiet(ctx);
     search *s = user;
     sc_manifest_data data = {.owned = *s->owned};
-    sc_store probe = {.slice = s->place->slice};
+    sc_store probe = {.role.slice = s->place->slice};
     char own[SC_FILE_BYTES];
     struct stat info;
     sc_status status;

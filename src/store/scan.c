@@ -120,7 +120,7 @@ static void scan_segment(const sc_ctx *ctx, sc_store *store, const char *path, i
         add_lines(store, &info);
     else
         sc_warn(ctx, "%s: is damaged or belongs to another job; its frames are drawn again", path);
-    store->has_segment[gop] = ok;
+    store->outputs.has_segment[gop] = ok;
 }
 
 /* For sc_each_file with the store as user and a file of segments/: scan NNNNNN.seg or
@@ -178,7 +178,7 @@ static sc_status is_complete(const sc_ctx *ctx, const sc_store *store, bool *out
                     path);
     }
     for (int k = 0; complete && k < store->job.frames; k++)
-        complete = store->data.lines[k].known && (!store->job.png || store->has_png[k]);
+        complete = store->data.lines[k].known && (!store->job.png || store->outputs.has_png[k]);
     *out = complete;
     return SC_OK;
 }
@@ -222,7 +222,8 @@ sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store)
     char path[SC_FILE_BYTES];
 
     memset(store->data.lines, 0, (size_t)frames * sizeof *store->data.lines);
-    memset(store->has_segment, 0, (size_t)store->gop_count * sizeof *store->has_segment);
+    memset(store->outputs.has_segment, 0,
+           (size_t)store->gop_count * sizeof *store->outputs.has_segment);
     store->data.end = (sc_manifest_end){0};
     store->sealed = false;
     store->open_slices = 0;
@@ -237,7 +238,7 @@ sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store)
     }
     if (store->job.png)
         SC_PASS(sc_verify_png_files(ctx, store->directory, store->data.lines, frames,
-                                    store->job.threads, store->has_png));
+                                    store->job.threads, store->outputs.has_png));
     SC_PASS(is_complete(ctx, store, &store->complete));
     if (store->sealed && store->complete)
         SC_PASS(has_sound_records(ctx, store, &store->sealed));

@@ -29,13 +29,14 @@ bool sc_store_is_segment_of(const sc_store *store, const sc_segment_info *info, 
 
 bool sc_store_has_picture(const sc_store *store, int k)
 {
-    return store->has_segment[k / store->gop_frames] || store->partial.locations[k].file >= 0;
+    return store->outputs.has_segment[k / store->gop_frames] ||
+           store->partial.locations[k].file >= 0;
 }
 
 bool sc_store_has(const sc_store *store, int k)
 {
     return store->complete ||
-           (store->data.lines[k].known && (!store->job.png || store->has_png[k]) &&
+           (store->data.lines[k].known && (!store->job.png || store->outputs.has_png[k]) &&
             (!store->has_video || sc_store_has_picture(store, k)));
 }
 

@@ -17,7 +17,7 @@ bool sc_store_is_sealed(const sc_store *store)
 
 bool sc_store_is_replaced(const sc_store *store)
 {
-    const sc_file_id *id = &store->manifest_id;
+    const sc_file_id *id = &store->manifest.id;
     char path[SC_FILE_BYTES];
 
     if (!id->inode)
@@ -72,12 +72,12 @@ static sc_status refuse_run(const sc_ctx *ctx, const sc_store *store)
     sc_status status =
         sc_each_file(ctx, store->directory, sc_is_manifest_name, &search, find_manifest);
 
-    if (status != SC_OK || (store->slice ? !search.own && !search.whole : !search.any))
+    if (status != SC_OK || (store->role.slice ? !search.own && !search.whole : !search.any))
         return status;
     return sc_fail(ctx, SC_ERR_CREATE,
                    "%s: already holds a run; use --resume to continue it%s, or choose another "
                    "directory with -o",
-                   store->directory, store->slice ? "" : ", --overwrite to begin anew");
+                   store->directory, store->role.slice ? "" : ", --overwrite to begin anew");
 }
 
 /* What sc_store_check does, for a store of which directory, job and slice are set; what the run
@@ -85,10 +85,10 @@ static sc_status refuse_run(const sc_ctx *ctx, const sc_store *store)
 static sc_status check(const sc_ctx *ctx, sc_store *store, sc_store_mode mode, bool fresh)
 {
     const sc_store_place place = {.directory = store->directory,
-                                  .slice = store->slice,
+                                  .slice = store->role.slice,
                                   .video = store->job.video,
                                   .png = store->job.png,
-                                  .joins = store->joins,
+                                  .joins = store->role.joins,
                                   .fresh = fresh,
                                   .frames = store->job.frames};
     sc_status status = sc_store_check_place(ctx, &place, &store->data.owned, &store->owns_more);
@@ -116,7 +116,7 @@ static void clear_probe(sc_store *store)
 sc_status sc_store_check(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
                          const char *slice, sc_store_mode mode)
 {
-    SC_OWN(clear_probe) sc_store probe = {.job = *job, .slice = slice};
+    SC_OWN(clear_probe) sc_store probe = {.job = *job, .role.slice = slice};
 
     SC_PASS(set_directory(ctx, &probe, directory));
     return check(ctx, &probe, mode, false);
@@ -152,8 +152,8 @@ static sc_status note_begun(const sc_ctx *ctx, const sc_store *store, sc_store_b
     text = (sc_text){0};
     sc_store_manifest_path(store, path);
     SC_PASS(sc_text_copy(ctx, path, &begun->manifest));
-    SC_PASS(sc_text_add(ctx, &text, "%s/status%s%s.json", store->directory, store->slice ? "." : "",
-                        store->slice ? store->slice : ""));
+    SC_PASS(sc_text_add(ctx, &text, "%s/status%s%s.json", store->directory,
+                        store->role.slice ? "." : "", store->role.slice ? store->role.slice : ""));
     begun->status = text.data;
     if (begun->made_directory)
         begun->numbers[0] = sc_unfinished_add(begun->directory);
@@ -166,7 +166,7 @@ static sc_status note_begun(const sc_ctx *ctx, const sc_store *store, sc_store_b
 sc_status sc_store_begin(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
                          const char *slice, sc_store_mode mode, sc_store_begun *out)
 {
-    SC_OWN(clear_probe) sc_store store = {.job = *job, .slice = slice};
+    SC_OWN(clear_probe) sc_store store = {.job = *job, .role.slice = slice};
     SC_OWN(sc_store_unbegin) sc_store_begun begun = {.numbers = {-1, -1, -1}};
     char path[SC_FILE_BYTES];
     bool none, none_whole, may;
@@ -225,9 +225,9 @@ static sc_status allocate(const sc_ctx *ctx, sc_store *store)
 
     SC_PASS(SC_ZALLOC(ctx, frames, &store->data.lines));
     store->data.frames = store->job.frames;
-    SC_PASS(SC_ZALLOC(ctx, frames, &store->wanted));
-    SC_PASS(SC_ZALLOC(ctx, frames, &store->has_png));
-    SC_PASS(SC_ZALLOC(ctx, gops, &store->has_segment));
+    SC_PASS(SC_ZALLOC(ctx, frames, &store->outputs.wanted));
+    SC_PASS(SC_ZALLOC(ctx, frames, &store->outputs.has_png));
+    SC_PASS(SC_ZALLOC(ctx, gops, &store->outputs.has_segment));
     return sc_alloc(ctx, sc_picture_bytes(store->job.video, &store->job.settings), 1,
                     &store->picture);
 }
@@ -285,19 +285,19 @@ static sc_status begin_run(const sc_ctx *ctx, sc_store *store, const int *wanted
         store->data.lines[k].known = sc_store_has(store, k);
     for (int i = 0; i < wanted_count; i++) {
         keep[wanted[i]] = sc_store_has(store, wanted[i]);
-        store->wanted[wanted[i]] = !keep[wanted[i]];
+        store->outputs.wanted[wanted[i]] = !keep[wanted[i]];
     }
     if (wanted_count > 0 && store->has_video)
         SC_PASS(sc_store_open_encoder(ctx, store)); /* if it fails, then before anything is drawn */
-    if (!store->joins)
-        SC_PASS(sc_each_record(ctx, store->slice, store, drop_record));
+    if (!store->role.joins)
+        SC_PASS(sc_each_record(ctx, store->role.slice, store, drop_record));
     store->data.end = (sc_manifest_end){.known = false};
     /* The manifest says what segcast makes here, and is on disk before anything else is made. */
     sc_store_manifest_path(store, path);
-    if (!store->joins || store->owns_more)
-        SC_PASS(sc_manifest_create(ctx, path, &store->job, &store->data, keep, store->joins,
-                                   store->joins ? NULL : &store->manifest_id,
-                                   store->joins ? NULL : &store->manifest));
+    if (!store->role.joins || store->owns_more)
+        SC_PASS(sc_manifest_create(ctx, path, &store->job, &store->data, keep, store->role.joins,
+                                   store->role.joins ? NULL : &store->manifest.id,
+                                   store->role.joins ? NULL : &store->manifest.writer));
     return make_folders(ctx, store);
 }
 
@@ -306,8 +306,8 @@ static sc_status begin_run(const sc_ctx *ctx, sc_store *store, const int *wanted
 static sc_status clean_up(const sc_ctx *ctx, sc_store *store)
 {
     sc_store_remove_unfinished(ctx, store);
-    if (!store->joins)
-        (void)sc_each_record(ctx, store->slice, store, drop_record);
+    if (!store->role.joins)
+        (void)sc_each_record(ctx, store->role.slice, store, drop_record);
     return sc_store_remove_slices(ctx, store);
 }
 
@@ -335,8 +335,8 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
 
     SC_PASS(SC_ZALLOC(ctx, 1, &store));
     store->job = *job;
-    store->slice = slice;
-    store->joins = !wanted;
+    store->role.slice = slice;
+    store->role.joins = !wanted;
     store->has_video = strcmp(job->video, "none") != 0;
     store->identity = sc_identity_of(job->job_hash, job->volume_hash, job->frames, job->version);
     store->encoding = -1;
@@ -354,9 +354,9 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
         SC_PASS(begin_anew(ctx, store));
     sc_remove_temporaries(directory, false); /* what a run that was killed has left */
     SC_PASS(sc_store_scan(ctx, store));
-    store->takes_over = mode == SC_STORE_RESUME;
+    store->role.takes_over = mode == SC_STORE_RESUME;
     for (int i = 0; i < wanted_count; i++)
-        store->takes_over = store->takes_over && sc_store_has(store, wanted[i]);
+        store->role.takes_over = store->role.takes_over && sc_store_has(store, wanted[i]);
     SC_PASS(sc_store_set_all_aside(ctx, store));
     if (store->complete && store->sealed)
         sc_store_remove_unfinished(ctx, store); /* what a run has left that the last one replaced */
@@ -372,14 +372,14 @@ void sc_store_close(sc_store *store)
 {
     if (!store)
         return;
-    sc_manifest_close(store->manifest);
+    sc_manifest_close(store->manifest.writer);
     sc_encoder_close(store->encoder);
     sc_partial_close(&store->partial);
     sc_free(store->data.lines);
     sc_manifest_data_clear(&store->data);
-    sc_free(store->wanted);
-    sc_free(store->has_png);
-    sc_free(store->has_segment);
+    sc_free(store->outputs.wanted);
+    sc_free(store->outputs.has_png);
+    sc_free(store->outputs.has_segment);
     sc_free(store->picture);
     sc_free(store);
 }
@@ -394,7 +394,7 @@ sc_status sc_store_whole_gops(const sc_ctx *ctx, const sc_store *store, int **ou
         bool whole = true;
 
         for (int k = first; k < first + sc_store_gop_frames(store, gop); k++)
-            whole = whole && store->wanted[k] && !sc_store_has_picture(store, k);
+            whole = whole && store->outputs.wanted[k] && !sc_store_has_picture(store, k);
         if (whole)
             firsts[found++] = first;
     }
@@ -410,12 +410,12 @@ sc_status sc_store_whole_gops(const sc_ctx *ctx, const sc_store *store, int **ou
 static sc_status add_line(const sc_ctx *ctx, sc_store *store, const sc_done_frame *done)
 {
     const double now_s = sc_wall_s();
-    sc_status status = sc_manifest_add_frame(ctx, store->manifest, done);
+    sc_status status = sc_manifest_add_frame(ctx, store->manifest.writer, done);
 
     store->data.lines[done->frame] = (sc_frame_line){true, *done};
-    if (status == SC_OK && now_s > store->synced_s + 1) {
-        status = sc_manifest_sync(ctx, store->manifest);
-        store->synced_s = sc_wall_s();
+    if (status == SC_OK && now_s > store->manifest.synced_s + 1) {
+        status = sc_manifest_sync(ctx, store->manifest.writer);
+        store->manifest.synced_s = sc_wall_s();
     }
     return status;
 }
@@ -445,7 +445,7 @@ static sc_status write_png(const sc_ctx *ctx, sc_store *store, const void *data,
     status = sc_file_write(ctx, path, data, bytes);
     done->png_bytes = bytes;
     done->png_hash = sc_store_hash_bytes(data, bytes);
-    store->has_png[done->frame] = status == SC_OK;
+    store->outputs.has_png[done->frame] = status == SC_OK;
     return status;
 }
 
@@ -469,7 +469,7 @@ sc_status sc_store_add_frame(const sc_ctx *ctx, sc_store *store, const sc_done_f
 
     if (sc_store_is_replaced(store))
         return SC_ERR_INCOMPLETE;
-    if (store->has_video && !store->has_segment[done->frame / store->gop_frames])
+    if (store->has_video && !store->outputs.has_segment[done->frame / store->gop_frames])
         SC_PASS(add_picture(ctx, store, done, image));
     encoded_s = sc_wall_s();
     store->times.encode_wall_s += encoded_s - begin_s;
