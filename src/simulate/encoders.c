@@ -71,8 +71,8 @@ void sc_sim_taken(sim_farm *f, const sim_event *e)
 
     frame->taken = true;
     f->gops_left -= frame->ends_gop;
-    f->encoded_s += e->seconds;
-    f->encoded++;
+    f->costs.encoded_s += e->seconds;
+    f->costs.encoded++;
     while (f->handout.taken < f->handout.next_gathered && f->gathered[f->handout.taken].taken)
         f->handout.taken++;
 }

@@ -82,6 +82,18 @@ typedef struct sim_gathered {
     double begin_s; /* when the encoder began it */
 } sim_gathered;
 
+/* The ranks without an answer: a ring, oldest first. */
+typedef struct sim_ready {
+    int *ranks; /* [machine->ranks] */
+    int first, count;
+} sim_ready;
+
+/* What rank 0 knows of costs: of drawing, seconds of rows, and of encoding, seconds of frames. */
+typedef struct sim_costs {
+    double drawn_s, drawn_rows, encoded_s;
+    int encoded;
+} sim_costs;
+
 /* A simulated farm. */
 typedef struct sim_farm {
     const sc_sim_film *film;
@@ -91,19 +103,16 @@ typedef struct sim_farm {
     int nodes;
     sim_events events;
     sim_rank *ranks; /* [machine->ranks] */
-    int *ready;      /* [machine->ranks], a ring: ranks without an answer, oldest first */
-    int ready_first, ready_count;
-    int *rows_left;             /* [handout.frames]: rows that are not at rank 0 */
-    int next_to_accept;         /* the first frame that the accepting thread does not have */
-    int accepted;               /* frames it is done with; handout.accepted, when that is noticed */
-    double accept_begin_s;      /* when it began the one that it has */
-    int full;                   /* frames with all rows, accepted ones included */
-    sim_gathered *gathered;     /* [frames of gathered GOPs] */
-    int gops_left;              /* gathered GOPs that are not at rank 0 */
-    double encoder_cores;       /* that an encoder can use */
-    double drawn_s, drawn_rows; /* what rank 0 knows of the cost of drawing: seconds of rows, */
-    double encoded_s;           /* and of encoding: */
-    int encoded;                /* seconds of frames */
+    sim_ready ready;
+    int *rows_left;         /* [handout.frames]: rows that are not at rank 0 */
+    int next_to_accept;     /* the first frame that the accepting thread does not have */
+    int accepted;           /* frames it is done with; handout.accepted, when that is noticed */
+    double accept_begin_s;  /* when it began the one that it has */
+    int full;               /* frames with all rows, accepted ones included */
+    sim_gathered *gathered; /* [frames of gathered GOPs] */
+    int gops_left;          /* gathered GOPs that are not at rank 0 */
+    double encoder_cores;   /* that an encoder can use */
+    sim_costs costs;
     double now_s;
     sc_sim_result *out;
 } sim_farm;

@@ -57,8 +57,8 @@ void sc_sim_accepted(sim_farm *f)
 
     f->accepted++;
     f->out->busy_s.accept += took_s;
-    f->encoded_s += took_s;
-    f->encoded++;
+    f->costs.encoded_s += took_s;
+    f->costs.encoded++;
     sc_sim_push(&f->events,
                 (sim_event){.time_s = f->now_s + f->machine->notice_s, .kind = SIM_NOTICED});
     accept_next(f);
@@ -70,7 +70,7 @@ static bool may_draw_here(const sim_farm *f)
     const sim_rank *r = &f->ranks[0];
     const int waiting = f->next_to_accept - f->handout.accepted;
 
-    if (f->ready_count > 0 || waiting > f->handout.window / 2 || r->in_hand >= SC_UNITS_PER_RANK ||
+    if (f->ready.count > 0 || waiting > f->handout.window / 2 || r->in_hand >= SC_UNITS_PER_RANK ||
         sc_handout_gathers_next(&f->handout))
         return false;
     return r->in_hand == 0 || f->now_s >= r->ask_s;
@@ -83,18 +83,19 @@ void sc_sim_hand_out(sim_farm *f)
     sc_work_unit unit;
 
     f->handout.encoders = sc_handout_encoders(
-        ranks, f->drawn_rows > 0 ? f->drawn_s / f->drawn_rows * film->height_px : 0,
-        f->encoded > 0 ? f->encoded_s / f->encoded : 0);
-    while (f->ready_count > 0) {
-        const int rank = f->ready[f->ready_first];
+        ranks,
+        f->costs.drawn_rows > 0 ? f->costs.drawn_s / f->costs.drawn_rows * film->height_px : 0,
+        f->costs.encoded > 0 ? f->costs.encoded_s / f->costs.encoded : 0);
+    while (f->ready.count > 0) {
+        const int rank = f->ready.ranks[f->ready.first];
         const sc_handout_answer found = sc_handout_next(&f->handout, &unit);
 
         if (found == SC_HANDOUT_WAIT)
             f->ranks[rank].window_full = true;
         if (found != SC_HANDOUT_UNIT)
             return;
-        f->ready_first = (f->ready_first + 1) % ranks;
-        f->ready_count--;
+        f->ready.first = (f->ready.first + 1) % ranks;
+        f->ready.count--;
         f->out->units++;
         if (unit.encoder > 0)
             sc_sim_note_gathered(f, &unit);
@@ -125,7 +126,7 @@ static void frame_rows_done(sim_farm *f, const sc_work_unit *unit)
 void sc_sim_handle(sim_farm *f, const sim_event *e)
 {
     if (e->unit.kind == SC_UNIT_NONE) {
-        f->ready[(f->ready_first + f->ready_count++) % f->machine->ranks] = e->rank;
+        f->ready.ranks[(f->ready.first + f->ready.count++) % f->machine->ranks] = e->rank;
         return;
     }
     if (e->gathered) {
@@ -135,8 +136,8 @@ void sc_sim_handle(sim_farm *f, const sim_event *e)
     sc_handout_unit_done(&f->handout);
     if (e->unit.kind == SC_UNIT_GOP)
         return;
-    f->drawn_s += e->seconds;
-    f->drawn_rows += e->unit.rows;
+    f->costs.drawn_s += e->seconds;
+    f->costs.drawn_rows += e->unit.rows;
     if (e->unit.encoder == 0)
         frame_rows_done(f, &e->unit);
 }

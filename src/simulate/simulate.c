@@ -103,7 +103,7 @@ static sc_status open_farm(const sc_ctx *ctx, sim_farm *f)
     for (int rank = 0; rank < ranks; rank++)
         f->ranks[rank].first = -1;
     SC_PASS(SC_ZALLOC(ctx, (size_t)film->gathered * (size_t)film->gop_frames + 1, &f->gathered));
-    SC_PASS(SC_ALLOC(ctx, (size_t)ranks, &f->ready));
+    SC_PASS(SC_ALLOC(ctx, (size_t)ranks, &f->ready.ranks));
     SC_PASS(SC_ALLOC(ctx, (size_t)work.frames + 1, &f->rows_left));
     for (int k = 0; k < work.frames; k++)
         f->rows_left[k] = film->height_px;
@@ -137,7 +137,7 @@ sc_status sc_simulate(const sc_ctx *ctx, const sc_sim_film *film, const sc_sim_m
 out:
     sc_free(f.events.heap);
     sc_free(f.ranks);
-    sc_free(f.ready);
+    sc_free(f.ready.ranks);
     sc_free(f.rows_left);
     sc_free(f.gathered);
     return status;
