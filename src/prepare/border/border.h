@@ -65,7 +65,7 @@ typedef struct sc_wide_slope {
     float share; /* in which it is the one for normals, 0 to 1 */
 } sc_wide_slope;
 
-/* What lies beside a tile instead of another one, in sc_borders.beside. */
+/* What lies beside a tile instead of another one, in sc_tiles.beside. */
 enum {
     SC_BESIDE_CONSTANTS = 4, /* so many of the largest numbers */
     SC_BESIDE_FREE = 0,      /* counted from there: a field that is 0, */
@@ -73,11 +73,35 @@ enum {
     SC_BESIDE_LOW = 2,       /* -SC_FAR, */
     SC_BESIDE_VOLUME = 3     /* or nothing, beyond the volume */
 };
-/* Of a tile in sc_borders.beside: it is that of the opposite field. In a block with two tissues
+/* Of a tile in sc_tiles.beside: it is that of the opposite field. In a block with two tissues
  * only the field of the one with the smaller label has a tile: that of the other is the same,
  * negated, to the last bit. */
 #define SC_MIRRORED 0x80000000u
 #define SC_BESIDE(what) (UINT32_MAX - SC_BESIDE_CONSTANTS + 1 + (uint32_t)(what))
+
+/* Cubes of SC_SUB voxels. */
+typedef struct sc_sub_cubes {
+    int size[3];           /* how many along x, y, z */
+    sc_sub_labels *lists;  /* [size z][y][x] */
+    uint16_t (*blocks)[2]; /* [size z][y][x]: the tissues of which a block of three voxels along
+                              each axis has its middle there, 0 for none; SC_NO_LABEL: any */
+} sc_sub_cubes;
+
+/* Which tiles there are. */
+typedef struct sc_tiles {
+    size_t count;
+    uint16_t *labels;       /* [count]: whose field it is; rising within a block */
+    uint32_t *cube_of;      /* [count] */
+    uint32_t (*beside)[27]; /* tiles of the same field around a tile, itself in the middle, in the
+                               order of x, y, z; or SC_BESIDE */
+} sc_tiles;
+
+/* What is known of the quarters of tiles. */
+typedef struct sc_quarters {
+    float (*missing)[SC_TILE_QUARTERS]; /* volume that is missing of a quarter, */
+    float (*area)[SC_TILE_QUARTERS]; /* and the area over which that is to be spread, in voxels */
+    sc_wide_slope (*wide)[SC_TILE_QUARTERS]; /* gradients of the filtered field */
+} sc_quarters;
 
 /* The tiles of a volume and their arrays, of the team, all by number of the tile. */
 typedef struct sc_borders {
@@ -85,17 +109,11 @@ typedef struct sc_borders {
     int cubes[3];
     int phase[3]; /* voxels of the first cube along each axis that lie before the volume: cubes
                      lie at fixed places of the patient */
-    size_t cube_count, tile_count;
-    sc_cube *around;        /* [cube_count] */
-    int subs[3];            /* cubes of SC_SUB voxels */
-    sc_sub_labels *lists;   /* [subs z][y][x] */
-    uint16_t (*blocks)[2];  /* [subs z][y][x]: the tissues of which a block of three voxels along
-                               each axis has its middle there, 0 for none; SC_NO_LABEL: any */
-    uint32_t *start;        /* [cube_count + 1]: number of the block's first tile */
-    uint16_t *labels;       /* [tile_count]: whose field it is; rising within a block */
-    uint32_t *cube_of;      /* [tile_count] */
-    uint32_t (*beside)[27]; /* tiles of the same field around a tile, itself in the middle, in the
-                               order of x, y, z; or SC_BESIDE */
+    size_t cube_count;
+    sc_cube *around; /* [cube_count] */
+    sc_sub_cubes sub_cubes;
+    uint32_t *start; /* [cube_count + 1]: number of the block's first tile */
+    sc_tiles tiles;
     int8_t (*squares)[SC_TILE_VOXELS]; /* squared distance to the other side, with the sign of the
                                           field; 0 where the field is free */
     int16_t (*fine)[SC_TILE_VOXELS];   /* the field at voxels, in units of 1 / SC_FINE_STEPS; before
@@ -108,9 +126,7 @@ typedef struct sc_borders {
     float strength;                    /* of the smoothing of all tissues, */
     float (*strengths)[SC_TILE_CELLS]; /* or at each cell; NULL if all are the same */
     float (*coarse)[SC_TILE_CELLS];    /* share, 0 to 1, in which cells alone make the field */
-    float (*missing)[SC_TILE_QUARTERS]; /* volume that is missing of a quarter, */
-    float (*area)[SC_TILE_QUARTERS]; /* and the area over which that is to be spread, in voxels */
-    sc_wide_slope (*wide)[SC_TILE_QUARTERS]; /* gradients of the filtered field */
+    sc_quarters quarters;
 } sc_borders;
 #define SC_FINE_STEPS 1024.0f
 
@@ -127,12 +143,12 @@ static inline int sc_far_kind(const sc_borders *b, size_t block, uint32_t label)
     return tissue == label ? SC_BESIDE_HIGH : tissue ? SC_BESIDE_LOW : SC_BESIDE_FREE;
 }
 
-/* @return what sc_borders.beside says of the field of @p label in a block: the number of its tile,
+/* @return what sc_tiles.beside says of the field of @p label in a block: the number of its tile,
  * that of the opposite field with SC_MIRRORED, or a constant. */
 static inline uint32_t sc_tile_of(const sc_borders *b, size_t block, uint32_t label)
 {
     for (uint32_t tile = b->start[block]; tile < b->start[block + 1]; tile++) {
-        if (b->labels[tile] == label)
+        if (b->tiles.labels[tile] == label)
             return tile;
     }
     if (label && b->around[block].tissue == SC_TWO_TISSUES && b->around[block].second == label)
@@ -210,7 +226,7 @@ static inline void sc_cube_low(const sc_borders *b, size_t block, int low[3])
         for (int i = 0; i < SC_BESIDE_CONSTANTS * ((each) + 8); i++)                               \
             rows[i / ((each) + 8)][i % ((each) + 8)] = constants[i / ((each) + 8)];                \
         for (int n = 0; n < 27; n++) {                                                             \
-            const uint32_t other = b->beside[tile][n];                                             \
+            const uint32_t other = b->tiles.beside[tile][n];                                       \
             const bool constant = other >= SC_BESIDE(0);                                           \
                                                                                                    \
             from[n] = constant                                                                     \
@@ -473,8 +489,8 @@ SC_ALWAYS_INLINE void sc_find_moves(const sc_borders *b, size_t tile, int blurs,
     static const float none[SC_BESIDE_CONSTANTS] = {0, 0, 0, 0};
     float volume[MOST * MOST * MOST], area[MOST * MOST * MOST];
 
-    sc_read_tile_volumes(b, b->missing[0], tile, blurs + 1, none, volume);
-    sc_read_tile_areas(b, b->area[0], tile, blurs + 1, none, area);
+    sc_read_tile_volumes(b, b->quarters.missing[0], tile, blurs + 1, none, volume);
+    sc_read_tile_areas(b, b->quarters.area[0], tile, blurs + 1, none, area);
     for (int i = 0; i < blurs; i++) {
         sc_binomial(volume, SC_CUBE_QUARTERS + 2 * (blurs + 1 - i), volume);
         sc_binomial(area, SC_CUBE_QUARTERS + 2 * (blurs + 1 - i), area);

@@ -236,7 +236,7 @@ SC_WIDE_VECTORS static void average(const sc_borders *b, size_t tile,
     int low[3], begin[3], end[3];
     bool odd = false;
 
-    sc_cube_low(b, b->cube_of[tile], low);
+    sc_cube_low(b, b->tiles.cube_of[tile], low);
     for (int i = 0; i < 3; i++) {
         begin[i] = low[i] < 0 ? -low[i] : 0;
         end[i] =
@@ -264,7 +264,7 @@ SC_WIDE_VECTORS static void average(const sc_borders *b, size_t tile,
         for (int x = 0; x < SC_CUBE; x += 2) {
             *data++ = 0.125f * (pair[x] + pair[x + 1]);
             *box++ = !(any[x] | any[x + 1]) || fabsf(data[-1]) >= SC_BAND ? SC_BOX_FROZEN
-                     : free[x] + free[x + 1] > 4 && b->labels[tile]       ? SC_BOX_FREE
+                     : free[x] + free[x + 1] > 4 && b->tiles.labels[tile] ? SC_BOX_FREE
                                                                           : SC_CELL_BOX;
         }
     }
@@ -340,7 +340,7 @@ SC_ALWAYS_INLINE void set_free(const uint16_t *restrict ids, const uint8_t *rest
  * w->nearest_id are known. @param number of the tissue among those of the block. */
 SC_WIDE_VECTORS static void set_inner(const measurer *m, size_t tile, int number, workspace *w)
 {
-    const uint16_t label = m->b->labels[tile];
+    const uint16_t label = m->b->tiles.labels[tile];
     const uint8_t *own = w->own[number < CACHED ? number : CACHED].at[0][0];
     int8_t *squares = m->b->squares[tile];
 
@@ -410,7 +410,7 @@ static void rank_tissues(const measurer *m, size_t block, workspace *w)
     memset(&w->second, FAR_SQUARED, sizeof w->second);
     memset(w->nearest_id, 0, sizeof w->nearest_id);
     for (size_t tile = begin; tile < end; tile++) {
-        const uint16_t label = m->b->labels[tile];
+        const uint16_t label = m->b->tiles.labels[tile];
         square_block *measured = &w->own[number < CACHED ? number : CACHED];
         const uint8_t *own = measured->at[0][0];
 
@@ -441,17 +441,17 @@ SC_WIDE_VECTORS static void measure_cubes(void *user, size_t begin, size_t end, 
             continue;
         sc_cube_low(b, block, low);
         read_labels(b->p->volume, low, &w);
-        w.ranked = b->labels[last - 1] != 0;
+        w.ranked = b->tiles.labels[last - 1] != 0;
         if (w.ranked)
             rank_tissues(m, block, &w);
         if (w.ranked)
             w.tissue = w.nearest;
         for (size_t tile = first; tile < last; tile++) {
-            const int this = b->labels[tile] ? number++ : 0;
+            const int this = b->tiles.labels[tile] ? number++ : 0;
 
             if (b->strengths)
                 set_strengths(b, tile, &w);
-            if (b->labels[tile])
+            if (b->tiles.labels[tile])
                 set_inner(m, tile, this, &w);
             else
                 set_outer(m, tile, &w);
@@ -469,7 +469,7 @@ static void share_fine(sc_borders *b)
 
     _Static_assert(ARRAYS * sizeof *cells == sizeof *b->fine, "they fill it");
     for (size_t i = 0; i < ARRAYS; i++)
-        *arrays[i] = cells + i * (b->tile_count + 1);
+        *arrays[i] = cells + i * (b->tiles.count + 1);
 }
 
 sc_status sc_measure_distances(const sc_ctx *ctx, sc_borders *b)
@@ -483,14 +483,14 @@ sc_status sc_measure_distances(const sc_ctx *ctx, sc_borders *b)
     m.low = low;
     m.high = high;
     fill_tables(m.low, m.high);
-    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->squares, &block));
+    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tiles.count + 1, sizeof *b->squares, &block));
     b->squares = block;
     b->strength = sc_mean_strength(b->p->kinds[b->p->kind_count - 1]);
     if (b->p->kind_count > 1) {
-        SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->strengths, &block));
+        SC_PASS(sc_team_alloc(ctx, b->p->team, b->tiles.count + 1, sizeof *b->strengths, &block));
         b->strengths = block;
     }
-    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->fine, &block));
+    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tiles.count + 1, sizeof *b->fine, &block));
     b->fine = block;
     share_fine(b);
     sc_team_stage_for(ctx, SC_WORTH_DISTANCES, b->p->team, b->cube_count, 16, measure_cubes, &m);

@@ -41,7 +41,7 @@ typedef struct sc_group_ids {
     uint16_t at[SC_IDS_EDGE][SC_IDS_EDGE][SC_IDS_ROW];
 } sc_group_ids;
 
-/* @return the number that the constant of sc_borders.beside stands for; 0 for a tile. */
+/* @return the number that the constant of sc_tiles.beside stands for; 0 for a tile. */
 static inline float sc_beside_value(uint32_t beside)
 {
     return beside == SC_BESIDE(SC_BESIDE_HIGH)  ? SC_FAR

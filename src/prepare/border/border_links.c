@@ -175,5 +175,5 @@ void sc_keep_links(const sc_ctx *ctx, sc_borders *b)
     linker l = {.b = b};
 
     find_patterns(&l);
-    sc_team_stage_for(ctx, SC_WORTH_LINKS, b->p->team, b->tile_count, 64, link_tiles, &l);
+    sc_team_stage_for(ctx, SC_WORTH_LINKS, b->p->team, b->tiles.count, 64, link_tiles, &l);
 }

@@ -245,11 +245,11 @@ static sc_status begin_cells(const sc_ctx *ctx, stepper *s)
     sc_team *team = s->b->p->team;
     void *block;
 
-    SC_PASS(sc_team_alloc(ctx, team, s->b->tile_count + 1, sizeof *s->b->value, &block));
+    SC_PASS(sc_team_alloc(ctx, team, s->b->tiles.count + 1, sizeof *s->b->value, &block));
     s->b->value = block;
-    SC_PASS(sc_team_alloc(ctx, team, s->b->tile_count + 1, 1, &block));
+    SC_PASS(sc_team_alloc(ctx, team, s->b->tiles.count + 1, 1, &block));
     s->b->still = block;
-    sc_team_for(team, s->b->tile_count, 64, begin_tiles, s);
+    sc_team_for(team, s->b->tiles.count, 64, begin_tiles, s);
     return SC_OK;
 }
 
@@ -267,14 +267,14 @@ sc_status sc_smooth_cells(const sc_ctx *ctx, sc_borders *b)
         s.to = b->spare[(i + 1) % 2];
         s.momentum = (pace - 1) / next;
         pace = next;
-        sc_team_stage_for(ctx, SC_WORTH_STEPS / STEPS, team, b->tile_count, 64, step_tiles, &s);
+        sc_team_stage_for(ctx, SC_WORTH_STEPS / STEPS, team, b->tiles.count, 64, step_tiles, &s);
     }
     return SC_OK;
 }
 
 void sc_smooth_voxels(const sc_ctx *ctx, sc_borders *b)
 {
-    sc_team_stage_for(ctx, SC_WORTH_REFINING, b->p->team, b->tile_count, 16, refine_tiles, b);
+    sc_team_stage_for(ctx, SC_WORTH_REFINING, b->p->team, b->tiles.count, 16, refine_tiles, b);
 }
 
 sc_status sc_take_data(const sc_ctx *ctx, sc_borders *b)
@@ -282,7 +282,7 @@ sc_status sc_take_data(const sc_ctx *ctx, sc_borders *b)
     stepper s = {.b = b, .to = b->spare[0], .other = b->spare[1]};
     void *block;
 
-    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->coarse, &block));
+    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tiles.count + 1, sizeof *b->coarse, &block));
     b->coarse = block; /* all 0 */
     sc_stage_add(ctx, SC_WORTH_STEPS + SC_WORTH_VOLUME + SC_WORTH_WEIGHING);
     return begin_cells(ctx, &s);

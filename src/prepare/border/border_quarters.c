@@ -135,8 +135,8 @@ SC_WIDE_VECTORS static void sum_tiles(void *user, size_t begin, size_t end, int 
     for (size_t tile = begin; tile < end; tile++) {
         float wide[WIDE * WIDE * WIDE], cells[SC_TILE_CELLS];
 
-        memset(b->missing[tile], 0, sizeof *b->missing);
-        memset(b->area[tile], 0, sizeof *b->area);
+        memset(b->quarters.missing[tile], 0, sizeof *b->quarters.missing);
+        memset(b->quarters.area[tile], 0, sizeof *b->quarters.area);
         if (b->still[tile])
             continue;
         read_wide(s, tile, wide);
@@ -144,8 +144,8 @@ SC_WIDE_VECTORS static void sum_tiles(void *user, size_t begin, size_t end, int 
         for (int i = 0; i < SC_TILE_CELLS; i++) {
             const float is = is_compared(b, tile, i) ? 1 : 0;
 
-            b->missing[tile][quarter_of(i)] += is * (b->value[tile][i] - cells[i]);
-            b->area[tile][quarter_of(i)] += is;
+            b->quarters.missing[tile][quarter_of(i)] += is * (b->value[tile][i] - cells[i]);
+            b->quarters.area[tile][quarter_of(i)] += is;
         }
     }
 }
@@ -264,7 +264,7 @@ SC_WIDE_VECTORS static void find_slopes(void *user, size_t begin, size_t end, in
             const float strength =
                 sc_strength_at(b, tile, (2 * z * SC_CUBE_CELLS + 2 * y) * SC_CUBE_CELLS + 2 * x);
             const float more = strength > 1 ? strength : 1;
-            sc_wide_slope *out = &b->wide[tile][i];
+            sc_wide_slope *out = &b->quarters.wide[tile][i];
             float bent;
 
             slope_at(wide + at, out->slope, &bent);
@@ -319,14 +319,14 @@ sc_status sc_smooth_quarters(const sc_ctx *ctx, sc_borders *b)
     void *block;
     sc_status status;
 
-    SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->wide, &block));
-    b->wide = block;
+    SC_TRY(sc_team_alloc(ctx, b->p->team, b->tiles.count + 1, sizeof *b->quarters.wide, &block));
+    b->quarters.wide = block;
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++) {
-        SC_TRY(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof **arrays[i], &block));
+        SC_TRY(sc_team_alloc(ctx, b->p->team, b->tiles.count + 1, sizeof **arrays[i], &block));
         *arrays[i] = block;
     }
     for (size_t i = 0; i < sizeof loops / sizeof loops[0]; i++)
-        sc_team_for(b->p->team, b->tile_count, 64, loops[i], &s);
+        sc_team_for(b->p->team, b->tiles.count, 64, loops[i], &s);
 out:
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++)
         sc_team_free(b->p->team, *arrays[i]);

@@ -60,10 +60,10 @@ static bool read_wide_slopes(const sc_borders *b, uint32_t label, const int voxe
         }
         tile = sc_tile_of(b, sc_brick_index(b->cubes, cube[0], cube[1], cube[2]), label);
         out[n] = (sc_wide_slope){.share = 0};
-        if (!b->wide || tile >= SC_BESIDE(0))
+        if (!b->quarters.wide || tile >= SC_BESIDE(0))
             continue;
-        out[n] = b->wide[tile & ~SC_MIRRORED]
-                        [(at[2] * SC_CUBE_QUARTERS + at[1]) * SC_CUBE_QUARTERS + at[0]];
+        out[n] = b->quarters.wide[tile & ~SC_MIRRORED]
+                                 [(at[2] * SC_CUBE_QUARTERS + at[1]) * SC_CUBE_QUARTERS + at[0]];
         for (int i = 0; i < 3 && tile & SC_MIRRORED; i++)
             out[n].slope[i] = -out[n].slope[i];
         any = any || out[n].share > 0;

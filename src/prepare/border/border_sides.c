@@ -71,7 +71,7 @@ int sc_largest_tissue(const sc_borders *b, const sc_group_ids *ids, const int at
     }
     for (uint32_t tile = start[block]; tile <= start[block + 1]; tile++) { /* what lies farther */
         const bool last = tile == start[block + 1];
-        const uint16_t id = last ? b->around[block].second : b->labels[tile];
+        const uint16_t id = last ? b->around[block].second : b->tiles.labels[tile];
         bool known = !id || (last && b->around[block].tissue != SC_TWO_TISSUES);
 
         for (int i = 0; i < count && !known; i++)
@@ -227,7 +227,7 @@ static int list_rivals(const sc_borders *b, const int voxel[3], uint16_t out[MOS
         if (around->tissue == SC_MANY_TISSUES && around->second == SC_NO_LABEL)
             return 0;
         for (uint32_t tile = b->start[block]; tile <= b->start[block + 1]; tile++) {
-            const uint16_t id = tile < b->start[block + 1]         ? b->labels[tile]
+            const uint16_t id = tile < b->start[block + 1]         ? b->tiles.labels[tile]
                                 : around->tissue == SC_TWO_TISSUES ? around->second
                                                                    : 0;
             int i = 0;

@@ -94,12 +94,12 @@ static void list_cubes(void *user, size_t begin, size_t end, int thread)
     const sc_volume *v = f->b->p->volume;
 
     for (size_t i = begin; i < end; i++) {
-        sc_sub_labels *list = &f->b->lists[i];
+        sc_sub_labels *list = &f->b->sub_cubes.lists[i];
         label_set set = {.count = 0};
         bool inside = v->label_bytes == 1;
         int low[3];
 
-        sc_brick_at(f->b->subs, i, low);
+        sc_brick_at(f->b->sub_cubes.size, i, low);
         for (int k = 0; k < 3; k++) {
             low[k] = low[k] * SUB - f->b->phase[k];
             inside = inside && low[k] >= 0 && low[k] + SUB <= v->size[k];
@@ -131,12 +131,13 @@ static void labels_around(const finder *f, size_t block, int reach, label_set *s
     for (int i = 0; i < 3; i++) {
         low[i] = at[i] > 0 ? SUB_PER_CUBE * at[i] - reach : 0;
         high[i] = SUB_PER_CUBE * (at[i] + 1) + reach;
-        high[i] = high[i] < f->b->subs[i] ? high[i] : f->b->subs[i];
+        high[i] = high[i] < f->b->sub_cubes.size[i] ? high[i] : f->b->sub_cubes.size[i];
     }
     for (int z = low[2]; z < high[2]; z++) {
         for (int y = low[1]; y < high[1]; y++) {
             for (int x = low[0]; x < high[0]; x++) {
-                const sc_sub_labels *list = &f->b->lists[sc_brick_index(f->b->subs, x, y, z)];
+                const sc_sub_labels *list =
+                    &f->b->sub_cubes.lists[sc_brick_index(f->b->sub_cubes.size, x, y, z)];
 
                 if (list->count > SUB_LABELS)
                     add_cube(f->b->p->volume,
@@ -213,8 +214,8 @@ static void name_tiles(void *user, size_t begin, size_t end, int thread)
         for (int k = 0; tile < f->b->start[block + 1]; k++) {
             if (!set.ids[k] ? set.count == 1 : f->b->around[block].tissue < SC_TWO_TISSUES)
                 continue;
-            f->b->labels[tile] = set.ids[k];
-            f->b->cube_of[tile++] = (uint32_t)block;
+            f->b->tiles.labels[tile] = set.ids[k];
+            f->b->tiles.cube_of[tile++] = (uint32_t)block;
         }
     }
 }
@@ -227,15 +228,15 @@ static void find_beside(void *user, size_t begin, size_t end, int thread)
     for (size_t tile = begin; tile < end; tile++) {
         int at[3];
 
-        sc_brick_at(b->cubes, b->cube_of[tile], at);
+        sc_brick_at(b->cubes, b->tiles.cube_of[tile], at);
         for (int n = 0; n < 27; n++) {
             const int x = at[0] + n % 3 - 1, y = at[1] + n / 3 % 3 - 1, z = at[2] + n / 9 - 1;
             const bool within =
                 x >= 0 && y >= 0 && z >= 0 && x < b->cubes[0] && y < b->cubes[1] && z < b->cubes[2];
             const size_t block = within ? sc_brick_index(b->cubes, x, y, z) : 0;
 
-            b->beside[tile][n] =
-                within ? sc_tile_of(b, block, b->labels[tile]) : SC_BESIDE(SC_BESIDE_VOLUME);
+            b->tiles.beside[tile][n] =
+                within ? sc_tile_of(b, block, b->tiles.labels[tile]) : SC_BESIDE(SC_BESIDE_VOLUME);
         }
     }
 }
@@ -280,12 +281,12 @@ sc_status sc_find_tiles(const sc_ctx *ctx, sc_borders *b)
 
         b->phase[i] = phase_of(&b->p->volume->to_ras_mm, i);
         b->cubes[i] = (size + b->phase[i] + SC_CUBE - 1) / SC_CUBE;
-        b->subs[i] = (size + b->phase[i] + SUB - 1) / SUB;
-        cubes *= (size_t)b->subs[i];
+        b->sub_cubes.size[i] = (size + b->phase[i] + SUB - 1) / SUB;
+        cubes *= (size_t)b->sub_cubes.size[i];
     }
     b->cube_count = sc_brick_count(b->cubes);
-    SC_TRY(sc_team_alloc(ctx, b->p->team, cubes, sizeof *b->lists, &lists));
-    b->lists = lists;
+    SC_TRY(sc_team_alloc(ctx, b->p->team, cubes, sizeof *b->sub_cubes.lists, &lists));
+    b->sub_cubes.lists = lists;
     SC_TRY(sc_team_alloc(ctx, b->p->team, b->cube_count, sizeof *f.counts, &counts));
     f.counts = counts;
     SC_TRY(ALLOCATE(ctx, b, around, b->cube_count));
@@ -293,14 +294,14 @@ sc_status sc_find_tiles(const sc_ctx *ctx, sc_borders *b)
     sc_team_stage_for(ctx, SC_WORTH_TILES, b->p->team, cubes, 256, list_cubes, &f);
     sc_team_for(b->p->team, b->cube_count, 64, count_tiles, &f);
     for (size_t i = 0; i < b->cube_count; i++)
-        b->tile_count += f.counts[i];
+        b->tiles.count += f.counts[i];
     if (sc_team_is_first(b->p->team)) {
         for (size_t i = 0; i < b->cube_count; i++)
             b->start[i + 1] = b->start[i] + f.counts[i];
     }
     SC_TRY(sc_team_agree(b->p->team, SC_OK));
-    SC_TRY(ALLOCATE(ctx, b, labels, b->tile_count));
-    SC_TRY(ALLOCATE(ctx, b, cube_of, b->tile_count));
+    SC_TRY(ALLOCATE(ctx, b, tiles.labels, b->tiles.count));
+    SC_TRY(ALLOCATE(ctx, b, tiles.cube_of, b->tiles.count));
     sc_team_for(b->p->team, b->cube_count, 64, name_tiles, &f);
 out:
     sc_team_free(b->p->team, counts);
@@ -309,8 +310,8 @@ out:
 
 sc_status sc_find_beside(const sc_ctx *ctx, sc_borders *b)
 {
-    SC_PASS(ALLOCATE(ctx, b, beside, b->tile_count));
-    sc_team_for(b->p->team, b->tile_count, 64, find_beside, b);
+    SC_PASS(ALLOCATE(ctx, b, tiles.beside, b->tiles.count));
+    sc_team_for(b->p->team, b->tiles.count, 64, find_beside, b);
     return SC_OK;
 }
 
@@ -337,7 +338,7 @@ void sc_extrapolate(const sc_borders *b, size_t tile, int each, int halo, float 
     const int edge = each + 2 * halo, voxels = SC_CUBE / each;
     int low[3];
 
-    sc_cube_low(b, b->cube_of[tile], low);
+    sc_cube_low(b, b->tiles.cube_of[tile], low);
     for (int i = 0; i < 3; i++) {
         const int size = b->p->volume->size[i];
         int begin = 0, end = edge;

@@ -85,8 +85,8 @@ SC_WIDE_VECTORS static void count_cells(void *user, size_t begin, size_t end, in
         float cells[AROUND * AROUND * AROUND], sharp[CELLS * CELLS * CELLS];
         float voxels[VOXELS * VOXELS * VOXELS];
 
-        memset(b->missing[tile], 0, sizeof *b->missing);
-        memset(b->area[tile], 0, sizeof *b->area);
+        memset(b->quarters.missing[tile], 0, sizeof *b->quarters.missing);
+        memset(b->quarters.area[tile], 0, sizeof *b->quarters.area);
         if (!is_near(b->squares[tile], SC_TILE_VOXELS))
             continue;
         sc_read_cells(b, (const float(*)[SC_TILE_CELLS])b->value, tile, 2, cells);
@@ -97,8 +97,9 @@ SC_WIDE_VECTORS static void count_cells(void *user, size_t begin, size_t end, in
                 voxels + ((row / SC_CUBE + 1) * VOXELS + row % SC_CUBE + 1) * VOXELS + 1;
 
             if (is_near(b->squares[tile] + row * SC_CUBE, SC_CUBE))
-                add_row(b->squares[tile] + row * SC_CUBE, from, b->missing[tile] + quarters_of(row),
-                        b->area[tile] + quarters_of(row));
+                add_row(b->squares[tile] + row * SC_CUBE, from,
+                        b->quarters.missing[tile] + quarters_of(row),
+                        b->quarters.area[tile] + quarters_of(row));
         }
     }
 }
@@ -175,8 +176,8 @@ SC_WIDE_VECTORS static void count_voxels(void *user, size_t begin, size_t end, i
         float region[VOXELS * VOXELS * VOXELS], shares[ROWS];
         between_rows between[3]; /* of layers z - 1 to z + 1, by their number */
 
-        memset(b->missing[tile], 0, sizeof *b->missing);
-        memset(b->area[tile], 0, sizeof *b->area);
+        memset(b->quarters.missing[tile], 0, sizeof *b->quarters.missing);
+        memset(b->quarters.area[tile], 0, sizeof *b->quarters.area);
         if (sc_is_coarse(b, tile) || !is_near(squares, SC_TILE_VOXELS))
             continue;
         sc_read_voxels(b, tile, 1, region);
@@ -193,8 +194,8 @@ SC_WIDE_VECTORS static void count_voxels(void *user, size_t begin, size_t end, i
                 const int at = quarters_of(z * SC_CUBE + y);
 
                 if (is_near(layer + y * SC_CUBE, SC_CUBE))
-                    add_row(layer + y * SC_CUBE, shares + y * VOXELS, b->missing[tile] + at,
-                            b->area[tile] + at);
+                    add_row(layer + y * SC_CUBE, shares + y * VOXELS,
+                            b->quarters.missing[tile] + at, b->quarters.area[tile] + at);
             }
         }
     }
@@ -254,13 +255,14 @@ sc_status sc_keep_volume_of_cells(const sc_ctx *ctx, sc_borders *b)
 {
     void *block;
 
-    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->missing, &block));
-    b->missing = block;
-    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tile_count + 1, sizeof *b->area, &block));
-    b->area = block;
+    SC_PASS(
+        sc_team_alloc(ctx, b->p->team, b->tiles.count + 1, sizeof *b->quarters.missing, &block));
+    b->quarters.missing = block;
+    SC_PASS(sc_team_alloc(ctx, b->p->team, b->tiles.count + 1, sizeof *b->quarters.area, &block));
+    b->quarters.area = block;
     for (int i = 0; i < COARSE_TIMES; i++) {
-        sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tile_count, 64, count_cells, b);
-        sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tile_count, 64, move_cells, b);
+        sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tiles.count, 64, count_cells, b);
+        sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tiles.count, 64, move_cells, b);
     }
     return SC_OK;
 }
@@ -268,7 +270,8 @@ sc_status sc_keep_volume_of_cells(const sc_ctx *ctx, sc_borders *b)
 void sc_keep_volume_of_voxels(const sc_ctx *ctx, sc_borders *b)
 {
     for (int i = 0; i < FINE_TIMES; i++) {
-        sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tile_count, 64, count_voxels, b);
-        sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tile_count, 64, move_voxels, b);
+        sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tiles.count, 64, count_voxels,
+                          b);
+        sc_team_stage_for(ctx, SC_WORTH_VOLUME / 8, b->p->team, b->tiles.count, 64, move_voxels, b);
     }
 }

@@ -63,7 +63,7 @@ static int free_voxels(const sc_borders *b, size_t tile, int cell)
 
     for (int n = 0; n < 8; n++)
         count += !low[((n >> 2) * SC_CUBE + (n >> 1 & 1)) * SC_CUBE + (n & 1)];
-    return b->labels[tile] ? count : 0;
+    return b->tiles.labels[tile] ? count : 0;
 }
 
 /* Copy the fields of tiles [begin, end), but not of cells with free voxels: the background has no
@@ -319,10 +319,10 @@ SC_WIDE_VECTORS static void weigh_tiles(void *user, size_t begin, size_t end, in
         sc_extrapolate(b, tile, SC_CUBE_CELLS, DEEP_REACH + BORDER_BLURS, field);
         sc_read_tile_cells(b, b->data[0], tile, DEEP_REACH + BORDER_BLURS, far, data);
         sc_extrapolate(b, tile, SC_CUBE_CELLS, DEEP_REACH + BORDER_BLURS, data);
-        find_thick(field, data, weight, !b->labels[tile], share);
-        if (b->cube_of[tile] != block)
-            sc_find_slender(b, b->cube_of[tile], slender);
-        block = b->cube_of[tile];
+        find_thick(field, data, weight, !b->tiles.labels[tile], share);
+        if (b->tiles.cube_of[tile] != block)
+            sc_find_slender(b, b->tiles.cube_of[tile], slender);
+        block = b->tiles.cube_of[tile];
         for (int i = 0; i < BORDER_CELLS; i++)
             share[i] = slender[i] ? 0 : share[i];
         for (int i = 0; i < BORDER_BLURS; i++) {
@@ -344,9 +344,9 @@ sc_status sc_weigh_cells(const sc_ctx *ctx, sc_borders *b)
     sc_team *team = b->p->team;
     void *block;
 
-    SC_PASS(sc_team_alloc(ctx, team, b->tile_count + 1, sizeof *b->coarse, &block));
+    SC_PASS(sc_team_alloc(ctx, team, b->tiles.count + 1, sizeof *b->coarse, &block));
     b->coarse = block;
-    sc_team_for(team, b->tile_count, 64, copy_tiles, &w);
-    sc_team_stage_for(ctx, SC_WORTH_WEIGHING, team, b->tile_count, 64, weigh_tiles, &w);
+    sc_team_for(team, b->tiles.count, 64, copy_tiles, &w);
+    sc_team_stage_for(ctx, SC_WORTH_WEIGHING, team, b->tiles.count, 64, weigh_tiles, &w);
     return SC_OK;
 }
