@@ -300,7 +300,7 @@ typedef struct sc_shot_transition {
 /** A shot of a film. */
 typedef struct sc_shot {
     sc_job job;     /**< what is drawn in it, resolved: the keys of the film and of the shot. What
-                         holds for the whole film (sc_key.of_film) is in the film's job. It has no
+                         holds for the whole film (sc_key_scope.of_film) is in the film's job. It has no
                          shots. Has to be the first member */
     char name[256]; /**< empty: none */
     sc_shot_transition transition;

@@ -61,7 +61,8 @@ static sc_status add_short_row(const sc_ctx *ctx, void *user, const sc_key_visit
         SC_PASS(add_cut(ctx, key->help, NAME + DEFAULT + HELP, l->text));
         return sc_text_add(ctx, l->text, "\n");
     }
-    if (key->keys && key->type->container == SC_CONTAINER_MAP && !key->fallback && !key->shorthand)
+    if (key->keys && key->type->container == SC_CONTAINER_MAP && !key->fallback &&
+        !key->shorthand.key)
         return SC_OK; /* its keys say all */
     SC_PASS(add_cut(ctx, sc_key_default(key), DEFAULT, &value));
     SC_PASS(sc_text_add(ctx, l->text, "%s%-*s %-*s ", name ? "  " : "", name ? NAME : NAME + 2,
@@ -109,7 +110,7 @@ static sc_status add_json_row(const sc_ctx *ctx, void *user, const sc_key_visit 
     row = json_pack("{s:s, s:s, s:s, s:s?, s:s?, s:s?, s:b, s:b, s:s?, s:s?, s:s}", "key",
                     visit->path, "help", key->help, "values", values.data, "default", key->fallback,
                     "without", key->without, "unit", key->unit, "required", key->required,
-                    "changes_pictures", !key->outside_identity, "option",
+                    "changes_pictures", !key->scope.outside_identity, "option",
                     key->option ? key->option->name : NULL, "commands",
                     key->option ? key->option->commands : NULL, "environment", variable);
     if (row && key->high > key->low) {

@@ -24,7 +24,7 @@ static const char *const presets[] = {"ultrafast", "superfast", "veryfast", "fas
 static const sc_key output_keys[] = {
     {"directory", &sc_type_text, OUTPUT(directory), "segcast-out",
      .help = "directory for everything that the job makes; relative to the job file",
-     .bytes = SC_PATH_BYTES, .outside_identity = true},
+     .bytes = SC_PATH_BYTES, .scope.outside_identity = true},
     {"size", &sc_type_size, OUTPUT(size_px), "[1280, 720]",
      .help = "width and height of the picture, also as WxH or by name: 360p, 480p, 720p, 1080p, "
              "1440p, 4k, 8k, square (1080x1080) or vertical, portrait (1080x1920)",
@@ -36,7 +36,7 @@ static const sc_key output_keys[] = {
      .help = "name of the video: ending in .mp4 or .mkv (H.264), .webm (VP9; also transparent), "
              ".mov (ProRes 4444, for editing; also transparent) or .webp (a picture that moves, "
              "for slides and web pages; also transparent) or .gif; or none",
-     .bytes = SC_PATH_BYTES, .outside_identity = true},
+     .bytes = SC_PATH_BYTES, .scope.outside_identity = true},
     {"codec", &sc_type_choice, OUTPUT(codec), "auto",
      .help = "what encodes the video; auto: what is usual for the extension of its name; .mp4 can "
              "also hold h265 and av1, .mkv these and vp9, .webm av1, and .mov h264 and h265",
@@ -50,7 +50,7 @@ static const sc_key output_keys[] = {
      .bytes = sizeof(((sc_output *)0)->author)},
     {"frames", &sc_type_choice, OUTPUT(frames), "none",
      .help = "png: every frame also as a file frames/000000.png", .choices = frame_files,
-     .outside_identity = true},
+     .scope.outside_identity = true},
     {"crf", &sc_type_int, OUTPUT(crf), "18",
      .help = "quality of the encoder: constant rate factor, smaller is better and larger; 0 not "
              "for H.264 and H.265; ProRes has always the same; of WebP 0 loses nothing, and 18 is "
@@ -89,28 +89,28 @@ static const sc_key render_keys[] = {
     {"surface", &sc_type_choice, RENDER(surface), "smooth",
      .help = "smooth: smooth surfaces, placed more finely than voxels; voxel: those of the paper, "
              "with the corners of voxels",
-     .choices = surfaces, .of_film = true},
+     .choices = surfaces, .scope.of_film = true},
     {"smooth", &sc_type_smooth, RENDER(smooth), "auto",
      .help = "strength of the smoothing of surfaces, from 0 (crisp), by which the lengths of its "
              "filter are multiplied; one for all, or three along the axes of the volume; auto: 1, "
              "on the grid on which the volume was drawn: without copied voxels, with layers "
              "between thick slices, and slices that jump moved back",
      .low = 0, .high = SC_SMOOTH_MAX,
-     .option = &(const sc_key_option){"smooth", "S", PICTURE_COMMANDS}, .of_film = true},
+     .option = &(const sc_key_option){"smooth", "S", PICTURE_COMMANDS}, .scope.of_film = true},
     {"skip", &sc_type_choice, RENDER(skip), "leap",
      .help = "how empty space is skipped: leap (fast, with little memory), none or interior (the "
              "paper's plain and accelerated methods), octree, proximity or chessboard (methods of "
              "others, to compare with); same pictures",
-     .choices = skips, .outside_identity = true, .of_film = true},
+     .choices = skips, .scope.outside_identity = true, .scope.of_film = true},
     {"cpu", &sc_type_choice, RENDER(cpu), "auto",
      .help = "instruction set of the program that draws: auto (the best that the processor has), "
              "avx512, avx2, sse4, neon, or c for plain C; same pictures",
-     .words = sc_cpu_names, .outside_identity = true,
+     .words = sc_cpu_names, .scope.outside_identity = true,
      .option = &(const sc_key_option){"cpu", "NAME", "render check plan still orbit"},
-     .of_film = true},
+     .scope.of_film = true},
     {"early_termination", &sc_type_bool, RENDER(early_termination), "true",
      .help = "rays end behind what is opaque; false: they go on, to compare with; same pictures",
-     .outside_identity = true},
+     .scope.outside_identity = true},
     {"background", &sc_type_background, RENDER(background), "auto",
      .track = offsetof(sc_background, track),
      .help = "colour behind the tissues; auto: white, or dark slate where much of what is seen is "
@@ -174,7 +174,7 @@ static const sc_key light_keys[] = {
              "wide as high, whose middle stands before the body; for method: global and path. Its "
              "brightness is that of the sky, whatever its exposure. {room.hdr: 90}: it is turned "
              "by 90 degrees about the axis of the body, to its right",
-     .bytes = SC_PATH_BYTES, .low = -360, .high = 360, .outside_identity = true,
+     .bytes = SC_PATH_BYTES, .low = -360, .high = 360, .scope.outside_identity = true,
      .without = "the sky"},
     {"lamp", &sc_type_lamp, LIGHT(constant.lamp), NULL,
      .help = "a rectangular lamp in place of the disc, for method: global and path, as far away as "
@@ -292,7 +292,7 @@ static const sc_choice look_names[] = {{"plain", SC_LOOK_PLAIN},         {"studi
                 "on white; cinematic: the same by night, with deep shadows; atlas: even light, "   \
                 "true colours, lines between tissues on cut faces; xray: veils with dense "        \
                 "outlines. orbit and still draw a volume in studio",                               \
-        .choices = look_names, .outside_identity = true
+        .choices = look_names, .scope.outside_identity = true
 
 #define SHOT(member) offsetof(sc_shot, member)
 
@@ -301,7 +301,8 @@ static const sc_choice look_names[] = {{"plain", SC_LOOK_PLAIN},         {"studi
 #define OF_JOB(key, kind, place, table, is_given)                                                  \
     {                                                                                              \
         key, &sc_type_##kind, place, NULL, .help = "as " key " of the file, of this shot",         \
-                                           .keys = (table), .of_job = true, .given = (is_given)    \
+                                           .keys = (table), .scope.of_job = true,                  \
+                                           .given = (is_given)                                     \
     }
 
 const sc_key sc_shot_keys[] = {
@@ -321,7 +322,7 @@ const sc_key sc_shot_keys[] = {
      .help = "the shot is a title card: a text in the middle of the background, or [title, "
              "subtitle], and no tissues; \\n in double quotes begins a new line",
      .given = SC_GIVEN(sc_shot, has_card), .without = "tissues are shown"},
-    {LOOK_ROW, .of_job = true},
+    {LOOK_ROW, .scope.of_job = true},
     OF_JOB("color_by", flow_map, offsetof(sc_job, color_by), sc_color_by_keys,
            SC_GIVEN(sc_job, given.color_by)),
     OF_JOB("image", map, offsetof(sc_job, image), sc_image_keys, SC_GIVEN(sc_job, given.image)),
@@ -335,26 +336,27 @@ const sc_key sc_shot_keys[] = {
 const sc_key sc_job_keys[] = {
     {"volume", &sc_type_volume, 0, NULL,
      .help = "the labels: a path, or a map with the path and what is changed of the volume",
-     .keys = sc_volume_keys, .shorthand = "path", .shorthand_keeps = true, .outside_identity = true,
-     .required = true, .of_film = true},
+     .keys = sc_volume_keys, .shorthand = {"path", true}, .scope.outside_identity = true,
+     .required = true, .scope.of_film = true},
     {"labels", &sc_type_text, offsetof(sc_job, volume.labels), NULL,
      .help = "label table with the names and colours of the tissues, or a volume that has one in "
              "its header",
-     .bytes = SC_PATH_BYTES, .outside_identity = true,
+     .bytes = SC_PATH_BYTES, .scope.outside_identity = true,
      .without = "names and colours of the volume's file",
-     .option = &(const sc_key_option){"labels", "FILE", LABEL_COMMANDS}, .of_film = true},
+     .option = &(const sc_key_option){"labels", "FILE", LABEL_COMMANDS}, .scope.of_film = true},
     {"labels_format", &sc_type_choice, offsetof(sc_job, volume.labels_format), "auto",
      .help = "format of the label table: slicer, freesurfer, itksnap, xml, csv, json, workbench or "
              "names (a number and a name a line); auto: by its content",
-     .choices = table_formats, .outside_identity = true,
-     .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS}, .of_film = true},
+     .choices = table_formats, .scope.outside_identity = true,
+     .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS},
+     .scope.of_film = true},
     {"overlap", &sc_type_overlap, 0, "smaller",
      .help =
          "which tissue has a voxel that several masks of a directory, or segments of a .seg.nrrd "
          "or DICOM SEG, cover; smaller: the one with fewer voxels, order: the last of them, "
          "[tumour, \"*artery\"]: the one that this list names first, or else the smaller",
-     .outside_identity = true, .option = &(const sc_key_option){"overlap", "NAME", LABEL_COMMANDS},
-     .of_film = true},
+     .scope.outside_identity = true,
+     .option = &(const sc_key_option){"overlap", "NAME", LABEL_COMMANDS}, .scope.of_film = true},
     {"appearance", &sc_type_choice, offsetof(sc_job, volume.appearance), "table",
      .help = "colours of the tissues. table: those of the label table; a tissue without one there "
              "has that of anatomy, or else a distinct one. anatomy: those that anatomists expect, "
@@ -363,14 +365,14 @@ const sc_key sc_job_keys[] = {
      .choices = appearances,
      .option =
          &(const sc_key_option){"appearance", "NAME", LABEL_COMMANDS " render check plan study"},
-     .of_film = true},
+     .scope.of_film = true},
     {LOOK_ROW,
      .option = &(const sc_key_option){"look", "NAME", LABEL_COMMANDS " render check plan study"}},
     {"cine", &sc_type_flow_map, offsetof(sc_job, cine), NULL,
      .help =
          "the volume is a series, a list of files, a pattern such as heart_*.nrrd, or a file that "
          "holds several volumes (4-D): phases of a beat, which follow each other in the film",
-     .keys = sc_cine_keys, .given = SC_GIVEN(sc_job, given.cine), .of_film = true,
+     .keys = sc_cine_keys, .given = SC_GIVEN(sc_job, given.cine), .scope.of_film = true,
      .without = "the volume is one"},
     {"color_by", &sc_type_flow_map, offsetof(sc_job, color_by), NULL,
      .help = "colours of the tissues by values of a table, or by what is measured; colours under "
@@ -380,13 +382,13 @@ const sc_key sc_job_keys[] = {
     {"compare", &sc_type_map, offsetof(sc_job, compare), NULL,
      .help =
          "other volumes that are shown beside this one, in the same way and from the same camera",
-     .keys = sc_compare_keys, .given = SC_GIVEN(sc_job, given.compare), .of_film = true,
+     .keys = sc_compare_keys, .given = SC_GIVEN(sc_job, given.compare), .scope.of_film = true,
      .without = "one volume"},
     {"image", &sc_type_map, offsetof(sc_job, image), NULL,
      .help = "a grey volume (CT, MR) that is seen on cut faces, on slices and behind the tissues",
      .keys = sc_image_keys, .given = SC_GIVEN(sc_job, given.image), .without = "none"},
     {"output", &sc_type_map, offsetof(sc_job, output), NULL, .help = "what is made, and where",
-     .keys = output_keys, .of_film = true},
+     .keys = output_keys, .scope.of_film = true},
     {"render", &sc_type_map, offsetof(sc_job, render), NULL, .help = "how a picture is drawn",
      .keys = render_keys},
     {"light", &sc_type_map, offsetof(sc_job, light), NULL,
@@ -401,11 +403,11 @@ const sc_key sc_job_keys[] = {
      .help = "the film as a list of shots, one after the other: each is a map of keys of its own, "
              "and of look, color_by, image, render, light, tissues, animation and overlays as in "
              "the file, which are merged over those outside of the list",
-     .keys = sc_shot_keys, .given = SC_GIVEN(sc_job, given.shots), .of_film = true,
+     .keys = sc_shot_keys, .given = SC_GIVEN(sc_job, given.shots), .scope.of_film = true,
      .without = "one shot"},
     {"farm", &sc_type_map, offsetof(sc_job, farm), NULL,
-     .help = "how ranks share the work; same pictures", .keys = farm_keys, .outside_identity = true,
-     .of_film = true},
+     .help = "how ranks share the work; same pictures", .keys = farm_keys,
+     .scope.outside_identity = true, .scope.of_film = true},
     {0}};
 
 const char *sc_job_encode_word(int encode)

@@ -68,6 +68,21 @@ typedef struct sc_key_option {
     const char *name, *argument, *commands;
 } sc_key_option;
 
+/* A single value that stands for a map. */
+typedef struct sc_shorthand {
+    const char *key; /* the value is that of this key, the only one of the map; NULL: none does */
+    bool keeps;      /* a setting of a single value changes that key of a map, and keeps the others;
+                        else it replaces the map */
+} sc_shorthand;
+
+/* What a key holds for. */
+typedef struct sc_key_scope {
+    bool outside_identity; /* pictures do not depend on it: it is not part of the identity */
+    bool of_film;          /* it holds for the whole film: shots cannot have it for themselves */
+    bool of_job;           /* of a shot: a key of the job, merged over that of the film */
+    unsigned verbs; /* of a key of some verbs only: a bit for each sc_verb_kind that has it */
+} sc_key_scope;
+
 /* A row of a table: one key of a map. */
 struct sc_key {
     const char *name; /* NULL ends a table */
@@ -88,14 +103,9 @@ struct sc_key {
     const char *alternative; /* keys of one table with the same word here exclude each other */
     const char *without; /* for listings: what happens without the key, where there is no default */
     const sc_key_option *option; /* NULL: none */
-    const char *shorthand;       /* of a map: a single value stands for a map with this key alone */
-    bool shorthand_keeps;  /* a setting of a single value changes that key of a map, and keeps the
-                              others; else it replaces the map */
-    bool required;         /* the key, or another one of its alternative, must be given */
-    bool outside_identity; /* pictures do not depend on it: it is not part of the identity */
-    bool of_film;          /* it holds for the whole film: shots cannot have it for themselves */
-    unsigned verbs; /* of a key of some verbs only: a bit for each sc_verb_kind that has it */
-    bool of_job;    /* of a shot: a key of the job, merged over that of the film */
+    sc_shorthand shorthand;
+    bool required; /* the key, or another one of its alternative, must be given */
+    sc_key_scope scope;
 };
 
 /* The value for sc_key.given: 1 plus the offset of the bool @p member. */

@@ -189,8 +189,8 @@ sc_status sc_keys_write(const sc_ctx *ctx, const sc_key *keys, const void *from,
                         unsigned parts, sc_text *text)
 {
     for (const sc_key *key = keys; key->name; key++) {
-        if ((parts & SC_WRITE_IDENTITY && key->outside_identity) ||
-            (parts & SC_WRITE_SHOT && key->of_film) || !is_present(keys, key, from))
+        if ((parts & SC_WRITE_IDENTITY && key->scope.outside_identity) ||
+            (parts & SC_WRITE_SHOT && key->scope.of_film) || !is_present(keys, key, from))
             continue;
         SC_PASS(sc_text_add(ctx, text, "%*s%s:", indent, "", key->name));
         if (key->type->write_lines) {

@@ -57,7 +57,7 @@ static void drop_film_keys(const sc_key *keys, json_t *schema)
     json_t *properties = json_object_get(schema, "properties");
 
     for (const sc_key *key = keys; key->name && properties; key++) {
-        if (key->of_film)
+        if (key->scope.of_film)
             json_object_del(properties, key->name);
         else if (key->keys && key->type->container == SC_CONTAINER_MAP)
             drop_film_keys(key->keys, json_object_get(properties, key->name));

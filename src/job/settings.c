@@ -12,9 +12,8 @@ typedef struct position {
     sc_yaml *node;
     const sc_key *keys;     /* the table of the map that the node is, or of the maps in it */
     sc_container container; /* what kind of container the node is */
-    const char *shorthand;  /* see sc_key.shorthand */
-    bool shorthand_keeps;   /* see sc_key.shorthand_keeps */
-    bool added;             /* the node was missing in the tree; a single value has no text yet */
+    sc_shorthand shorthand;
+    bool added; /* the node was missing in the tree; a single value has no text yet */
 } position;
 
 /* Make a tree that was parsed from a setting one of that setting: messages name @p origin, which is
@@ -202,10 +201,8 @@ static sc_status find_member(const sc_ctx *ctx, const position *at, const char *
     if (!key)
         return SC_ERR_USAGE;
     remove_alternatives(at->node, at->keys, key);
-    *member = (position){.keys = key->keys,
-                         .container = key->type->container,
-                         .shorthand = key->shorthand,
-                         .shorthand_keeps = key->shorthand_keeps};
+    *member = (position){
+        .keys = key->keys, .container = key->type->container, .shorthand = key->shorthand};
     return SC_OK;
 }
 
@@ -222,8 +219,8 @@ static sc_status enter(const sc_ctx *ctx, position *at, const char *element, con
     position member;
 
     SC_PASS(find_member(ctx, at, element, origin, &member));
-    if (at->node->kind == SC_YAML_SCALAR && at->shorthand)
-        SC_PASS(expand_shorthand(ctx, at->node, at->shorthand, origin));
+    if (at->node->kind == SC_YAML_SCALAR && at->shorthand.key)
+        SC_PASS(expand_shorthand(ctx, at->node, at->shorthand.key, origin));
     if (at->node->kind != kinds[at->container])
         return sc_fail(ctx, SC_ERR_USAGE, "%s: \"%s\" leads into a value that is no %s", origin,
                        element, is_list ? "list" : "map");
@@ -282,9 +279,9 @@ static sc_status put(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, const
             break;
         if (at.added && !grown)
             grown = parent;
-        if (!*path && at.shorthand_keeps && at.node->kind == SC_YAML_MAP && !at.added &&
+        if (!*path && at.shorthand.keeps && at.node->kind == SC_YAML_MAP && !at.added &&
             value->kind == SC_YAML_SCALAR)
-            return set_member(ctx, at.node, at.shorthand, origin, value);
+            return set_member(ctx, at.node, at.shorthand.key, origin, value);
         if (!*path)
             return merge(ctx, at.keys, at.container, parent, index, value);
     }

@@ -30,7 +30,7 @@ static sc_status refuse_film_keys(const sc_ctx *ctx, const sc_key *keys, sc_cont
         const sc_key *key =
             container == SC_CONTAINER_MAP && item->key ? sc_key_find(keys, item->key) : NULL;
 
-        if (key && key->of_film) {
+        if (key && key->scope.of_film) {
             (void)sc_goes_on(&status, refuse_film_key(ctx, item));
             sc_yaml_remove(node, i);
             continue;
@@ -54,7 +54,7 @@ static sc_status keep_job_keys(const sc_ctx *ctx, sc_yaml *shot)
         sc_yaml *item = shot->items[i];
         const sc_key *key = sc_key_find(sc_shot_keys, item->key);
 
-        if (key && key->of_job) {
+        if (key && key->scope.of_job) {
             (void)sc_goes_on(&status, refuse_film_keys(ctx, key->keys, key->type->container, item));
             i++;
             continue;

@@ -223,7 +223,7 @@ TEST(every_key_is_of_the_film_or_of_shots)
     for (const sc_key *key = sc_job_keys; key->name; key++) {
         const sc_key *mine = sc_key_find(sc_shot_keys, key->name);
 
-        if (key->of_film != !mine || (mine && !mine->of_job))
+        if (key->scope.of_film != !mine || (mine && !mine->scope.of_job))
             fail_msg("%s", key->name);
     }
 }

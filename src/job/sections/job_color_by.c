@@ -146,14 +146,14 @@ const sc_key sc_color_by_keys[] = {
      .help = "what segcast measures itself: volume, (mean) thickness or surface of the tissue; or "
              "a table of values (CSV or TSV) with a line of headings, one of which names the "
              "number or the name of the tissue",
-     .bytes = SC_PATH_BYTES, .choices = measures, .required = true, .outside_identity = true},
+     .bytes = SC_PATH_BYTES, .choices = measures, .required = true, .scope.outside_identity = true},
     {"column", &type_columns, BY(column), "\"\"",
      .help = "heading of the values in the table; empty: the only column that can hold them; may "
              "have key frames, and between two of them every tissue goes from its value in one "
              "column to that in the other",
      .bytes = sizeof(((sc_color_by *)0)->column),
      .track = offsetof(sc_job, color_columns) - offsetof(sc_job, color_by) - BY(column),
-     .outside_identity = true},
+     .scope.outside_identity = true},
     {"map", &sc_type_choice, BY(map), "viridis",
      .help = "colours from the least to the greatest value; coolwarm is for values on both sides "
              "of a middle, such as changes",

@@ -105,10 +105,10 @@ const sc_key sc_compare_keys[] = {
     {"with", &type_subjects, 0, NULL,
      .help = "the other volumes, each a path or a map: up to three; merge, keep, box, tissues and "
              "all else of the job hold for them, too",
-     .keys = subject_keys, .required = true, .outside_identity = true},
+     .keys = subject_keys, .required = true, .scope.outside_identity = true},
     {"name", &sc_type_caption_text, COMPARE(name), NULL,
      .help = "what stands below the picture of the job's own volume",
-     .given = SC_GIVEN(sc_comparison, has_name), .outside_identity = true,
+     .given = SC_GIVEN(sc_comparison, has_name), .scope.outside_identity = true,
      .without = "the name of its file"},
     {"align", &sc_type_choice, COMPARE(align), "center",
      .help = "center: the middles of what is shown of the volumes are brought to one point; none: "

@@ -88,12 +88,13 @@ const sc_key sc_image_keys[] = {
     {"path", &sc_type_text, IMAGE(path), NULL,
      .help = "a grey volume in a format of label volumes, placed by its own geometry; phantom: a "
              "synthetic CT image of the phantom; phantom:WxDxH: with so many voxels",
-     .bytes = SC_PATH_BYTES, .required = true, .outside_identity = true, .of_film = true,
-     .without = "none", .option = &(const sc_key_option){"image", "FILE", "orbit still"}},
+     .bytes = SC_PATH_BYTES, .required = true, .scope.outside_identity = true,
+     .scope.of_film = true, .without = "none",
+     .option = &(const sc_key_option){"image", "FILE", "orbit still"}},
     {"window", &type_window, 0, "auto",
      .help = "values from black to white, as viewers count them: the middle, and the difference of "
              "the ends; auto: from the 1st to the 99th percentile of what the tissues hold",
-     .of_film = true},
+     .scope.of_film = true},
     {"caps", SHARE(caps), .fallback = "0.7",
      .help = "share of the image in the colour of faces that clip planes cut into tissues; 0: it "
              "is not shown there",

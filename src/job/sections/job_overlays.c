@@ -461,7 +461,7 @@ const sc_key sc_overlays_keys[] = {
      .high = 20, .unit = "percent"},
     {"logo", &type_logo, 0, NULL,
      .help = "a picture in a corner: a PNG file, at the upper right, or {bottom-left: logo.png}",
-     .bytes = SC_PATH_BYTES, .without = "none", .outside_identity = true,
+     .bytes = SC_PATH_BYTES, .without = "none", .scope.outside_identity = true,
      .given = SC_GIVEN(sc_job, given.logo)},
     {"logo_size", &sc_type_real, OVERLAYS(logo_percent), "10",
      .help = "height of the logo, in percent of that of the picture; it is never enlarged",

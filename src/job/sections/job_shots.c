@@ -155,7 +155,7 @@ static sc_status read_shot(const sc_ctx *ctx, const sc_key *keys, const sc_yaml 
         const sc_key *key = sc_key_find(keys, item->key);
         sc_status found;
 
-        if (!key || key->of_job)
+        if (!key || key->scope.of_job)
             continue;
         found = key->type->read(ctx, key, item, (char *)shot + key->offset);
         if (found == SC_OK && key->given)

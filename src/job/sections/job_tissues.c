@@ -116,7 +116,8 @@ const sc_key sc_tissue_keys[] = {
     {"smooth", &sc_type_strength, RULE(smooth), NULL,
      .help = "strength of the smoothing of its surface, as render.smooth; the border between two "
              "tissues has the weaker of theirs",
-     .low = 0, .high = SC_SMOOTH_MAX, HAS(smooth), .without = "render.smooth", .of_film = true},
+     .low = 0, .high = SC_SMOOTH_MAX, HAS(smooth), .without = "render.smooth",
+     .scope.of_film = true},
     {"specular", &sc_type_real, RULE(material.specular), NULL, .help = "strength of highlights",
      .low = 0, .high = 2, HAS(specular), .without = TEXT(SC_MATERIAL_SPECULAR)},
     {"roughness", &sc_type_real, RULE(material.roughness), NULL,

@@ -182,7 +182,7 @@ static const sc_choice orders[] = {{"list", SC_ORDER_LIST},
 
 static const char *const held[] = {"orbit", NULL};
 
-/* The verbs that have a key: bits by sc_verb_kind, for sc_key.verbs. */
+/* The verbs that have a key: bits by sc_verb_kind, for sc_key_scope.verbs. */
 #define OF(kind) (1u << SC_VERB_##kind)
 
 #define KINDS                                                                                      \
@@ -230,66 +230,66 @@ const sc_key sc_verb_keys[] = {
     {"to", &type_target, 0, "0",
      .help = "fade, pulse: the opacity that tissues come to, from 0 to 1, or a share of their own, "
              "such as 30%",
-     .verbs = OF(FADE) | OF(PULSE)},
+     .scope.verbs = OF(FADE) | OF(PULSE)},
     {"order", &sc_type_choice, VERB(order), "list",
      .help = "appear: which comes first: as listed, the largest, the smallest, or on the way "
              "towards a direction",
-     .choices = orders, .verbs = OF(APPEAR)},
+     .choices = orders, .scope.verbs = OF(APPEAR)},
     {"stagger", &sc_type_share, VERB(stagger), "100%",
      .help = "appear: how much of the time that one tissue takes passes before the next begins; "
              "0%: all appear together",
-     .verbs = OF(APPEAR)},
+     .scope.verbs = OF(APPEAR)},
     {"times", &sc_type_int, VERB(times), "1",
      .help = "pulse, rock: how often, there and back, or to both sides and back", .low = 1,
-     .high = 1000, .verbs = OF(PULSE) | OF(ROCK)},
+     .high = 1000, .scope.verbs = OF(PULSE) | OF(ROCK)},
     {"elevation", &sc_type_real, VERB(elevation_deg), "0",
      .help = "orbit, rock: how far the camera rises, or swings up and down", .low = -36000,
-     .high = 36000, .unit = "degrees", .verbs = OF(ORBIT) | OF(ROCK)},
+     .high = 36000, .unit = "degrees", .scope.verbs = OF(ORBIT) | OF(ROCK)},
     {"soft", &sc_type_share, VERB(soft), "20%",
      .help = "hold: share of its time, up to 50%, in which the camera comes to rest, and in which "
              "it starts again",
-     .verbs = OF(HOLD)},
+     .scope.verbs = OF(HOLD)},
     {"through", &type_through, 0, NULL, .given = SC_GIVEN(verb_entry, chooses),
      .without = "from one end of the tissues to the other",
      .help = "fly: points in the tissues, in RAS mm, that choose the branch; or middles: the way "
              "leads from the middle of the first tissue, where it is thickest, to that of the "
              "next, in their order, to the last",
-     .low = -1e6, .high = 1e6, .verbs = OF(FLY)},
+     .low = -1e6, .high = 1e6, .scope.verbs = OF(FLY)},
     {"ahead", &sc_type_share, VERB(fly.ahead), "10%",
      .help = "fly: how far ahead of itself the camera looks, as a share of the way",
-     .verbs = OF(FLY)},
+     .scope.verbs = OF(FLY)},
     {"clearance", &sc_type_share, VERB(fly.clearance), "50%",
      .help = "fly: share of the distance between the middle of the tissues and their border which "
              "the smoothed way keeps from that border",
-     .verbs = OF(FLY)},
+     .scope.verbs = OF(FLY)},
     {"fov", &sc_type_real, VERB(fly.fov_deg), "80", .help = "fly: vertical field of view", .low = 1,
-     .high = 170, .unit = "degrees", .verbs = OF(FLY)},
+     .high = 170, .unit = "degrees", .scope.verbs = OF(FLY)},
     {"plane", &sc_type_int, VERB(plane), "1",
      .help = "turn: number of the clip plane, counted from 1 in the order of clip; a box counts as "
              "six: left, right, back, front, bottom, top",
-     .low = 1, .high = SC_PLANES_MAX, .verbs = OF(TURN)},
+     .low = 1, .high = SC_PLANES_MAX, .scope.verbs = OF(TURN)},
     {"axis", &sc_type_direction, VERB(line.axis), NULL,
      .given = SC_GIVEN(verb_entry, verb.line.has_axis),
      .without = "turn: upwards in the picture, or for a plane across that to the front; explode: "
                 "away from the center",
      .help = "turn: direction of the line; explode: direction in which all move, by so many mm, or "
              "by a share of the distance of each from the center along it",
-     .low = -1e6, .high = 1e6, .verbs = OF(TURN) | OF(EXPLODE)},
+     .low = -1e6, .high = 1e6, .scope.verbs = OF(TURN) | OF(EXPLODE)},
     {"center", &sc_type_point, VERB(line.point_mm), NULL,
      .given = SC_GIVEN(verb_entry, verb.line.has_point), .without = "the middle of what is visible",
      .help = "turn, explode: a point of the line; the point from which tissues move apart",
-     .low = -1e6, .high = 1e6, .unit = "mm", .verbs = OF(TURN) | OF(EXPLODE)},
+     .low = -1e6, .high = 1e6, .unit = "mm", .scope.verbs = OF(TURN) | OF(EXPLODE)},
     {"by", &sc_type_plane_position, VERB(by), "50%",
      .help = "explode: how far they move: mm, or a share of the distance of each from the center; "
              "below 0: the other way",
-     .verbs = OF(EXPLODE)},
+     .scope.verbs = OF(EXPLODE)},
     {"together", &sc_type_bool, VERB(together), "false",
      .help = "explode: they move as one, as if they were a single tissue; else each by itself",
-     .verbs = OF(EXPLODE)},
+     .scope.verbs = OF(EXPLODE)},
     {"during", &sc_type_span, VERB(begin), "[0%, 100%]",
      .help = "part of the animation in which it happens; what has changed stays so afterwards"},
     {"ease", &sc_type_ease, VERB(ease), "smooth", .help = "how the change begins and ends",
-     .verbs = ~OF(HOLD)},
+     .scope.verbs = ~OF(HOLD)},
     {0}};
 
 /* The rows of one kind of verb: a table, which ends as any. */
@@ -305,7 +305,8 @@ static kind_rows rows_of(sc_verb_kind kind)
     for (const sc_key *row = sc_verb_keys; row->name; row++) {
         const bool is_kind = row->alternative != NULL;
 
-        if (is_kind ? row == &sc_verb_keys[kind] : !row->verbs || row->verbs & 1u << kind)
+        if (is_kind ? row == &sc_verb_keys[kind]
+                    : !row->scope.verbs || row->scope.verbs & 1u << kind)
             out.rows[count++] = *row;
     }
     return out;

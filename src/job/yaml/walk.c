@@ -14,7 +14,7 @@ static sc_status walk(const sc_ctx *ctx, const sc_key *keys, sc_text *path, int 
                                         [SC_CONTAINER_DICT] = ".NAME"};
     const size_t length = path->length_bytes;
 
-    for (; keys->name && !keys->of_job; keys++) {
+    for (; keys->name && !keys->scope.of_job; keys++) {
         sc_key_visit visit = {.key = keys, .depth = depth};
 
         SC_PASS(sc_text_add(ctx, path, "%s%s", length ? "." : "", keys->name));
@@ -52,7 +52,7 @@ static sc_status visit_info(const sc_ctx *ctx, void *user, const sc_key_visit *v
                               .option = key->option ? key->option->name : NULL,
                               .argument = key->option ? key->option->argument : NULL,
                               .commands = key->option ? key->option->commands : NULL,
-                              .is_value = !key->keys || key->shorthand};
+                              .is_value = !key->keys || key->shorthand.key};
 
     return v->visit(v->user, &info);
 }
