@@ -55,20 +55,29 @@ _Static_assert(SC_RECORD_BYTES == sizeof(uint32_t) && sizeof(sc_packed_cell) == 
                    SC_BRICK_VERTICES == 64,
                "the layout of records, cells or bricks has changed: raise VERSION");
 
-/* The first bytes of a block. The fields are those of sc_prepared of the same name. */
-typedef struct block_header {
+/* What every version begins with. */
+typedef struct block_format {
     char magic[8];
     uint32_t version, byte_order, header_bytes;
+} block_format;
+
+/* What is there of sc_stored. */
+typedef struct stored_header {
+    uint64_t parts; /* STORED_CELLS and STORED_OCCLUSION, or 0 */
+    uint64_t cell_count, hull_count;
+} stored_header;
+
+/* The first bytes of a block. The fields are those of sc_prepared of the same name. */
+typedef struct block_header {
+    block_format format;
     int32_t size[3], bricks[3];
     int32_t label_bytes, label_count, oriented, local_thickness, resampled, as_drawn, numbered;
     sc_affine to_ras_mm;
     uint64_t volume_hash, boundary_count, near_count, outer_count, inner_count, total_bytes;
     uint64_t offset[SECTIONS]; /* by section, from the begin of the block */
-    uint64_t stored;           /* STORED_CELLS and STORED_OCCLUSION, or 0 */
-    uint64_t cell_count, hull_count;
+    stored_header stored;
     uint64_t checksum; /* of files: of the header with 0 here, then of each section */
 } block_header;
-enum { COMMON_BYTES = offsetof(block_header, size) /* that every version begins with */ };
 _Static_assert(sizeof(block_header) % sizeof(uint64_t) == 0 &&
                    offsetof(block_header, checksum) + sizeof(uint64_t) == sizeof(block_header),
                "the header ends with the checksum, without a gap");
@@ -82,7 +91,8 @@ static uint64_t aligned(uint64_t bytes)
 /* Write the lengths of the sections of sc_stored to @p bytes. */
 static void measure_stored(const block_header *h, uint64_t bytes[SECTIONS])
 {
-    const bool cells = h->stored & STORED_CELLS, occlusion = h->stored & STORED_OCCLUSION;
+    const bool cells = h->stored.parts & STORED_CELLS,
+               occlusion = h->stored.parts & STORED_OCCLUSION;
     int framed[3];
     uint64_t bricks;
 
@@ -90,9 +100,9 @@ static void measure_stored(const block_header *h, uint64_t bytes[SECTIONS])
     bricks = sc_brick_count(framed);
     bytes[CELL_MASKS] = cells ? bricks * sizeof(uint64_t) : 0;
     bytes[CELL_START] = cells ? bricks * sizeof(uint32_t) : 0;
-    bytes[CELLS] = h->cell_count * sizeof(sc_packed_cell);
+    bytes[CELLS] = h->stored.cell_count * sizeof(sc_packed_cell);
     bytes[DISTANCES] = cells ? bricks : 0;
-    bytes[HULL] = h->hull_count * sizeof(sc_vec3);
+    bytes[HULL] = h->stored.hull_count * sizeof(sc_vec3);
     bytes[OCCLUSION] = occlusion ? 2 * bricks : 0;
     bytes[OPACITY] = occlusion ? (uint64_t)h->label_count * sizeof(float) : 0;
 }
@@ -118,7 +128,7 @@ static void lay_out(block_header *h, uint64_t bytes[SECTIONS])
     bytes[HIDDEN] = (uint64_t)h->label_count;
     bytes[SMOOTH] = (uint64_t)h->label_count * sizeof(sc_vec3);
     measure_stored(h, bytes);
-    h->total_bytes = aligned(h->header_bytes);
+    h->total_bytes = aligned(h->format.header_bytes);
     for (int i = 0; i < SECTIONS; i++) {
         h->offset[i] = h->total_bytes;
         h->total_bytes += aligned(bytes[i] + SC_GATHER_BYTES);
@@ -133,10 +143,10 @@ static block_header header_of(const sc_preparation *p, bool file, uint64_t bytes
     block_header h;
 
     memset(&h, 0, sizeof h); /* also the gaps between the fields, which are written too */
-    memcpy(h.magic, magic, sizeof magic);
-    h.version = VERSION;
-    h.byte_order = BYTE_ORDER_MARK;
-    h.header_bytes = sizeof h;
+    memcpy(h.format.magic, magic, sizeof magic);
+    h.format.version = VERSION;
+    h.format.byte_order = BYTE_ORDER_MARK;
+    h.format.header_bytes = sizeof h;
     memcpy(h.size, v->size, sizeof h.size);
     memcpy(h.bricks, p->bricks, sizeof h.bricks);
     h.label_bytes = v->label_bytes;
@@ -153,9 +163,9 @@ static block_header header_of(const sc_preparation *p, bool file, uint64_t bytes
     h.outer_count = p->outer.count;
     h.inner_count = p->inner.count;
     if (file && p->stored.masks) {
-        h.stored = STORED_CELLS | (p->stored.occlusion ? STORED_OCCLUSION : 0);
-        h.cell_count = p->stored.cell_count;
-        h.hull_count = p->stored.hull_count;
+        h.stored.parts = STORED_CELLS | (p->stored.occlusion ? STORED_OCCLUSION : 0);
+        h.stored.cell_count = p->stored.cell_count;
+        h.stored.hull_count = p->stored.hull_count;
     }
     lay_out(&h, bytes);
     return h;
@@ -375,18 +385,19 @@ static bool is_sound(const block_header *h)
     if (vertices > VERTICES_MAX)
         return false;
     if ((double)h->near_count > vertices || (double)h->outer_count > vertices ||
-        (double)h->inner_count > vertices || (double)h->cell_count > vertices)
+        (double)h->inner_count > vertices || (double)h->stored.cell_count > vertices)
         return false;
-    if ((h->near_count | h->outer_count | h->inner_count | h->cell_count) > UINT32_MAX)
+    if ((h->near_count | h->outer_count | h->inner_count | h->stored.cell_count) > UINT32_MAX)
         return false;
     if ((h->label_bytes != 1 && h->label_bytes != 2) || h->label_count < 1 ||
         h->label_count > (h->label_bytes == 1 ? 256 : SC_LABELS_MAX))
         return false;
-    if (h->stored ? !(h->stored & STORED_CELLS) || h->stored > (STORED_CELLS | STORED_OCCLUSION)
-                  : h->cell_count || h->hull_count)
+    if (h->stored.parts ? !(h->stored.parts & STORED_CELLS) ||
+                              h->stored.parts > (STORED_CELLS | STORED_OCCLUSION)
+                        : h->stored.cell_count || h->stored.hull_count)
         return false;
     /* Four points at most for either end of a row of voxels. */
-    if (h->hull_count > 8 * (uint64_t)h->size[1] * (uint64_t)h->size[2])
+    if (h->stored.hull_count > 8 * (uint64_t)h->size[1] * (uint64_t)h->size[2])
         return false;
     if ((h->oriented | h->local_thickness | h->resampled | h->as_drawn | h->numbered) & ~1)
         return false;
@@ -404,16 +415,17 @@ static sc_status check_header(const sc_ctx *ctx, const char *path, const void *b
         return sc_fail(ctx, SC_ERR_DATA, "%s: is no prepared file of segcast", path);
     memset(h, 0, sizeof *h);
     memcpy(h, block, bytes < sizeof *h ? bytes : sizeof *h);
-    if (bytes >= COMMON_BYTES && h->byte_order != BYTE_ORDER_MARK)
+    if (bytes >= sizeof(block_format) && h->format.byte_order != BYTE_ORDER_MARK)
         return sc_fail(
             ctx, SC_ERR_DATA,
             "%s: was prepared on a machine with another order of bytes; prepare it again here",
             path);
-    if (bytes >= COMMON_BYTES && (h->version != VERSION || h->header_bytes != sizeof *h))
+    if (bytes >= sizeof(block_format) &&
+        (h->format.version != VERSION || h->format.header_bytes != sizeof *h))
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: is a prepared file of version %u, this segcast reads version %d; "
                        "prepare it again",
-                       path, (unsigned)h->version, VERSION);
+                       path, (unsigned)h->format.version, VERSION);
     if (bytes < sizeof *h)
         return sc_fail(
             ctx, SC_ERR_DATA,
@@ -458,16 +470,16 @@ static sc_stored stored_in(const block_header *h, const char *base)
 {
     sc_stored stored = {0};
 
-    if (h->stored & STORED_CELLS) {
+    if (h->stored.parts & STORED_CELLS) {
         stored.masks = (const uint64_t *)(base + h->offset[CELL_MASKS]);
         stored.cell_start = (const uint32_t *)(base + h->offset[CELL_START]);
         stored.cells = (const sc_packed_cell *)(base + h->offset[CELLS]);
         stored.distances = (const uint8_t *)(base + h->offset[DISTANCES]);
         stored.hull = (const sc_vec3 *)(base + h->offset[HULL]);
-        stored.cell_count = h->cell_count;
-        stored.hull_count = h->hull_count;
+        stored.cell_count = h->stored.cell_count;
+        stored.hull_count = h->stored.hull_count;
     }
-    if (h->stored & STORED_OCCLUSION) {
+    if (h->stored.parts & STORED_OCCLUSION) {
         stored.occlusion = (const uint8_t(*)[2])(base + h->offset[OCCLUSION]);
         stored.opacity = (const float *)(base + h->offset[OPACITY]);
     }
@@ -482,8 +494,8 @@ sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, s
 
     if (bytes >= sizeof h)
         memcpy(&h, block, sizeof h);
-    if (bytes < sizeof h || memcmp(h.magic, magic, sizeof magic) != 0 || h.version != VERSION ||
-        h.header_bytes != sizeof h || h.total_bytes > bytes)
+    if (bytes < sizeof h || memcmp(h.format.magic, magic, sizeof magic) != 0 ||
+        h.format.version != VERSION || h.format.header_bytes != sizeof h || h.total_bytes > bytes)
         return sc_fail(ctx, SC_ERR_DATA, "not a prepared volume of this version of segcast");
     view = (sc_prepared){
         .label_bytes = h.label_bytes,

@@ -243,7 +243,7 @@ TEST(files_of_other_versions_are_refused)
         const sc_ctx *ctx = listening_anew();
         sc_prepared v;
 
-        memcpy(file.block + offsetof(block_header, version), &versions[i], 4);
+        memcpy(file.block + offsetof(block_header, format.version), &versions[i], 4);
         assert_int_equal(
             sc_prepared_file_view(ctx, "a.segc", file.block, i % 2 ? 64 : file.bytes, &v),
             SC_ERR_DATA);
@@ -260,7 +260,7 @@ TEST(files_of_other_versions_are_refused)
         cut.block = block;
         memcpy(cut.block, file.block, bytes);
         if (bytes >= 12)
-            memcpy(cut.block + offsetof(block_header, version), &version, 4);
+            memcpy(cut.block + offsetof(block_header, format.version), &version, 4);
         assert_false(use(&cut, false));
     }
     sc_free(file.block);
@@ -278,7 +278,7 @@ TEST(stored_contents_out_of_range_are_refused)
 
     memcpy(&h, file.block, sizeof h);
     lay_out(&h, bytes);
-    assert_int_equal(h.stored, STORED_CELLS | STORED_OCCLUSION);
+    assert_int_equal(h.stored.parts, STORED_CELLS | STORED_OCCLUSION);
     /* in the frame at its begin and end, between rows, and within */
     assert_false(accepts(&file, h.offset[CELL_MASKS], &ones, 8));
     assert_false(accepts(&file, h.offset[CELL_MASKS] + bytes[CELL_MASKS] - 8, &ones, 8));
