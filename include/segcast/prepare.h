@@ -58,6 +58,25 @@ typedef struct sc_border {
     uint64_t count;
 } sc_border;
 
+/** The boundary of all labels. Read-only and borrowed. */
+typedef struct sc_boundary {
+    const uint64_t *masks; /**< [bricks z][y][x]: the boundary vertices, whose 3x3x3 holds another
+                                label; outside of the volume is background */
+    const uint32_t *start; /**< [bricks z][y][x]: how many there are in the bricks before */
+    uint64_t count;        /**< of boundary vertices */
+    uint64_t voxel_count;  /**< of boundary voxels that are not background */
+} sc_boundary;
+
+/** How a volume was prepared. The pointers are borrowed. */
+typedef struct sc_prepared_how {
+    const sc_vec3 *smooth; /**< [label_count] strength of the smoothing of each label along the axes
+                                of the volume; 0 for the background */
+    bool resampled;        /**< the grid is not that of the volume file: sc_resample */
+    bool as_drawn;         /**< the grid is that on which the volume was drawn, as was measured
+                                (sc_find_drawn_grid): there is nothing to resample */
+    const uint8_t *hidden; /**< [label_count]: 1 for labels turned into background */
+} sc_prepared_how;
+
 /** A prepared volume: pointers into one block of memory, which stays borrowed. Read-only, so that
  *  threads and, in a shared window, processes may share it.
  *
@@ -78,35 +97,25 @@ typedef struct sc_border {
  *  is not its label and that is not the background. Vertices outside of the volume count with the
  *  label of the nearest voxel. */
 typedef struct sc_prepared {
-    int size[3];             /**< voxels along x, y, z */
-    int bricks[3];           /**< bricks along x, y, z, without a frame: sc_bricks_along(size) */
-    int label_bytes;         /**< of an id: 1 or 2 */
-    int label_count;         /**< the background, id 0, included */
-    bool oriented;           /**< false: the file does not say where left is; RAS was taken */
-    bool numbered;           /**< the numbers of its labels are segcast's own: see sc_volume */
-    sc_affine to_ras_mm;     /**< voxel index -> patient mm, RAS+ */
-    uint64_t volume_hash;    /**< sc_volume_hash of what was prepared */
-    uint64_t file_hash;      /**< checksum of the prepared file it was mapped from; 0: of no file */
-    uint64_t boundary_count; /**< boundary voxels that are not background */
-    uint64_t near_count;     /**< boundary vertices: see near */
-    const void *ids;         /**< [size z][size y][size x] dense ids */
-    const sc_label *labels;  /**< [label_count] */
+    int size[3];            /**< voxels along x, y, z */
+    int bricks[3];          /**< bricks along x, y, z, without a frame: sc_bricks_along(size) */
+    int label_bytes;        /**< of an id: 1 or 2 */
+    int label_count;        /**< the background, id 0, included */
+    bool oriented;          /**< false: the file does not say where left is; RAS was taken */
+    bool numbered;          /**< the numbers of its labels are segcast's own: see sc_volume */
+    sc_affine to_ras_mm;    /**< voxel index -> patient mm, RAS+ */
+    uint64_t volume_hash;   /**< sc_volume_hash of what was prepared */
+    uint64_t file_hash;     /**< checksum of the prepared file it was mapped from; 0: of no file */
+    const void *ids;        /**< [size z][size y][size x] dense ids */
+    const sc_label *labels; /**< [label_count] */
     const sc_label_stats *stats; /**< [label_count] */
-    const uint64_t *near;        /**< [bricks z][y][x]: masks of the boundary vertices, whose 3x3x3
-                                      holds another label; outside of the volume is background */
-    const uint32_t *near_start;  /**< [bricks z][y][x]: how many there are in the bricks before */
-    sc_border outer, inner;      /**< the records of the two fields */
-    const uint8_t *thickness; /**< [near_count], in the order of bricks and bits of near: codes of
-                                   the local thickness (sc_thickness_mm), 0 for background; NULL
-                                   if it was not asked for */
-    /* how it was prepared */
-    const sc_vec3 *smooth; /**< [label_count] strength of the smoothing of each label along
-                                the axes of the volume; 0 for the background */
-    bool resampled;        /**< the grid is not that of the volume file: sc_resample */
-    bool as_drawn;         /**< the grid is that on which the volume was drawn, as was measured
-                                (sc_find_drawn_grid): there is nothing to resample */
-    const uint8_t *hidden; /**< [label_count]: 1 for labels turned into background */
-    sc_stored stored;      /**< of a prepared file; else all NULL and 0 */
+    sc_boundary boundary;
+    sc_border outer, inner;   /**< the records of the two fields */
+    const uint8_t *thickness; /**< [boundary.count], in the order of bricks and bits of its masks:
+                                   codes of the local thickness (sc_thickness_mm), 0 for background;
+                                   NULL if it was not asked for */
+    sc_prepared_how how;
+    sc_stored stored; /**< of a prepared file; else all NULL and 0 */
 } sc_prepared;
 
 /** What to prepare, and how. */
@@ -252,7 +261,7 @@ static inline bool sc_is_near(const sc_prepared *v, int x, int y, int z)
 {
     const size_t brick = sc_brick_index(v->bricks, sc_brick_of(x), sc_brick_of(y), sc_brick_of(z));
 
-    return v->near[brick] >> sc_brick_bit(x, y, z) & 1;
+    return v->boundary.masks[brick] >> sc_brick_bit(x, y, z) & 1;
 }
 
 /** @return the index, in thickness, of vertex (x, y, z), which must be a boundary vertex. */
@@ -260,7 +269,8 @@ static inline size_t sc_near_index(const sc_prepared *v, int x, int y, int z)
 {
     const size_t brick = sc_brick_index(v->bricks, sc_brick_of(x), sc_brick_of(y), sc_brick_of(z));
 
-    return v->near_start[brick] + sc_brick_rank(v->near[brick], sc_brick_bit(x, y, z));
+    return v->boundary.start[brick] +
+           sc_brick_rank(v->boundary.masks[brick], sc_brick_bit(x, y, z));
 }
 
 /** @return the record of the vertex at bit @p bit of brick @p brick; 0 if it has none. */

@@ -100,8 +100,9 @@ static sc_status print_json(const sc_ctx *ctx, const info *in)
         in->spacing_mm[1], in->spacing_mm[2], "drawn_mm", in->drawn.drawn_mm[0],
         in->drawn.drawn_mm[1], in->drawn.drawn_mm[2], "moved_slices", in->drawn.moved[0],
         in->drawn.moved[1], in->drawn.moved[2], "axes", in->axes, "oriented", v->oriented,
-        "to_ras_mm", matrix, "boundary_voxels", (json_int_t)v->boundary_count, "labels", labels,
-        "label_table", sc_label_report_json(in->report), "overlaps", overlaps_json(in->overlaps));
+        "to_ras_mm", matrix, "boundary_voxels", (json_int_t)v->boundary.voxel_count, "labels",
+        labels, "label_table", sc_label_report_json(in->report), "overlaps",
+        overlaps_json(in->overlaps));
     return sc_print_json(ctx, json, JSON_INDENT(1) | JSON_REAL_PRECISION(17), "labels");
 }
 
@@ -175,8 +176,8 @@ static void print_text(const info *in)
         printf("drawing   %s\n", text);
     }
     printf("labels    %d, and background\n", v->label_count - 1);
-    printf("boundary  %llu voxels, %.2f %% of all\n\n", (unsigned long long)v->boundary_count,
-           100 * (double)v->boundary_count / voxels);
+    printf("boundary  %llu voxels, %.2f %% of all\n\n", (unsigned long long)v->boundary.voxel_count,
+           100 * (double)v->boundary.voxel_count / voxels);
     printf("%10s  %11s %9s %7s %s %6s %s2 %8s  %s\n", "label", "voxels", "boundary", "thick.",
            in->unit.name, "area", in_mm ? "cm" : in->unit.name, "opacity", "name");
     for (int id = 0; id < v->label_count; id++) {

@@ -132,8 +132,8 @@ static sc_status join(const sc_ctx *ctx, const catalog *c, const int *numbers, s
     }
     SC_PASS(extend(ctx, own, more, sizeof *v->labels, &out->owned[0], &v->labels));
     SC_PASS(extend(ctx, own, more, sizeof *v->stats, &out->owned[1], &v->stats));
-    SC_PASS(extend(ctx, own, more, sizeof *v->smooth, &out->owned[2], &v->smooth));
-    SC_PASS(extend(ctx, own, more, sizeof *v->hidden, &out->owned[3], &v->hidden));
+    SC_PASS(extend(ctx, own, more, sizeof *v->how.smooth, &out->owned[2], &v->how.smooth));
+    SC_PASS(extend(ctx, own, more, sizeof *v->how.hidden, &out->owned[3], &v->how.hidden));
     SC_PASS(extend(ctx, own, more, sizeof *v->stored.opacity, &out->owned[4], &v->stored.opacity));
     SC_PASS(SC_ZALLOC(ctx, (size_t)own + (size_t)more, &owners));
     labels = out->owned[0];

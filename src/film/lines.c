@@ -29,7 +29,7 @@ const sc_label *sc_hidden_on_line(const sc_prepared *v, const sc_line_wish *wish
         const sc_match best = sc_pattern_match(v->labels, v->label_count, &pattern);
 
         for (int id = 1; id < v->label_count && best != SC_MATCH_NONE; id++) {
-            if (v->hidden[id] && sc_label_match(&v->labels[id], &pattern) == best)
+            if (v->how.hidden[id] && sc_label_match(&v->labels[id], &pattern) == best)
                 return &v->labels[id];
         }
     }

@@ -118,9 +118,9 @@ static bool has_grid(const sc_app *app, const sc_prepared *v, const sc_needs *n)
         return true;
     if (n->resize && memcmp(v->size, n->size, sizeof n->size) != 0)
         return false;
-    if (!n->resample || v->resampled)
-        return n->resample == v->resampled;
-    if (v->as_drawn)
+    if (!n->resample || v->how.resampled)
+        return n->resample == v->how.resampled;
+    if (v->how.as_drawn)
         return true;
     return sc_find_drawn_grid(&silent, &view, app->threads, &grid) == SC_OK &&
            !sc_is_resampled(&grid);
@@ -131,7 +131,7 @@ static bool has_strengths(const sc_prepared *v, const sc_needs *n)
 {
     for (int id = 1; id < v->label_count && !n->as_prepared; id++) {
         if (v->stats[id].voxels && !n->hidden[id] &&
-            !sc_strength_is_same(v->smooth[id], n->tissue_smooth[id]))
+            !sc_strength_is_same(v->how.smooth[id], n->tissue_smooth[id]))
             return false;
     }
     return true;
@@ -149,7 +149,7 @@ static bool fits(const sc_app *app, const sc_prepared *v, const sc_needs *n, con
     else if (n->local_thickness && !v->thickness)
         *why = "no local thickness";
     for (int id = 1; id < v->label_count && !*why; id++) {
-        if (n->hidden[id] && !v->hidden[id] && v->stats[id].voxels)
+        if (n->hidden[id] && !v->how.hidden[id] && v->stats[id].voxels)
             *why = "tissues that the job hides";
     }
     return !*why;
@@ -162,7 +162,7 @@ static sc_status check_hidden(const sc_ctx *ctx, const char *path, const sc_inpu
     const sc_prepared *v = &input->volume;
 
     for (int id = 1; id < v->label_count && !input->measure; id++) {
-        if (v->hidden[id] && !n->hidden[id])
+        if (v->how.hidden[id] && !n->hidden[id])
             return sc_fail(ctx, SC_ERR_DATA,
                            "%s: was prepared without \"%s\" (label %lld), which the job shows; "
                            "prepare it again",
@@ -295,7 +295,7 @@ sc_status sc_input_map(const sc_app *app, sc_job *job, sc_input *input, bool *us
                            input->volume.label_count, &n);
     SC_PASS(sc_comm_agree(app->comm, status));
     SC_PASS(check_hidden(ctx, path, input, &n));
-    if (input->volume.resampled && !n.resample && !input->measure)
+    if (input->volume.how.resampled && !n.resample && !input->measure)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: was prepared with render.smooth: auto, which has changed its grid of "
                        "voxels; prepare the volume again with the settings of this job",

@@ -171,7 +171,7 @@ static sc_status check(sc_recipe *r)
 static sc_status hide(sc_recipe *r)
 {
     const sc_input *input = r->input;
-    const bool resampled = (input->mapped || input->is_between) && input->volume.resampled;
+    const bool resampled = (input->mapped || input->is_between) && input->volume.how.resampled;
     sc_edited *out = r->edited;
     sc_needs n = {0};
 
@@ -181,13 +181,14 @@ static sc_status hide(sc_recipe *r)
     out->tissue_smooth = n.tissue_smooth;
     out->resample = n.resample && !resampled && !input->is_between;
     sc_volume_hide(r->volume, n.hidden, r->app->threads);
-    out->settings = (sc_prepare_settings){.smooth = n.smooth,
-                                          .tissue_smooth = n.tissue_smooth,
-                                          .resampled = resampled,
-                                          .as_drawn = input->is_between && input->volume.as_drawn,
-                                          .local_thickness = n.local_thickness,
-                                          .hidden = n.hidden,
-                                          .threads = r->app->threads};
+    out->settings =
+        (sc_prepare_settings){.smooth = n.smooth,
+                              .tissue_smooth = n.tissue_smooth,
+                              .resampled = resampled,
+                              .as_drawn = input->is_between && input->volume.how.as_drawn,
+                              .local_thickness = n.local_thickness,
+                              .hidden = n.hidden,
+                              .threads = r->app->threads};
     return SC_OK;
 }
 

@@ -198,7 +198,7 @@ sc_status sc_check_phase(const sc_ctx *ctx, const sc_job *job, const sc_prepared
                        "%s%s%s lies elsewhere than %s, the first phase, or has voxels of another "
                        "size; expected phases of the same grid",
                        where, colon, path, first);
-    if (a->resampled != b->resampled)
+    if (a->how.resampled != b->how.resampled)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s%sof %s and %s, one was prepared on another grid (render.smooth: auto); "
                        "prepare all phases together: `segcast convert` with the job",
@@ -330,8 +330,8 @@ void sc_input_begin_phase(const sc_input *first, sc_input *out)
 void sc_input_begin_between(const sc_prepared *before, const sc_input *first, sc_input *out)
 {
     sc_input_begin_phase(first, out);
-    out->volume.resampled = before->resampled;
-    out->volume.as_drawn = before->as_drawn;
+    out->volume.how.resampled = before->how.resampled;
+    out->volume.how.as_drawn = before->how.as_drawn;
     out->is_between = true;
 }
 

@@ -87,7 +87,7 @@ static bool within_reach(sc_surface surface, const sc_prepared *v, sc_skip skip)
         (sc_skip_has_cell_distances(skip) && bricks * SC_BRICK_VERTICES >= limit))
         return false;
     return surface == SC_SURFACE_SMOOTH ||
-           (voxels * (uint64_t)v->label_bytes < limit && v->near_count < limit &&
+           (voxels * (uint64_t)v->label_bytes < limit && v->boundary.count < limit &&
             v->outer.count * SC_RECORD_BYTES < limit && v->inner.count * SC_RECORD_BYTES < limit);
 }
 

@@ -342,8 +342,8 @@ static void add_samples(packet *p, vm on)
         on = passed;
     }
     p->counters.contributions += m_count(on);
-    boundary =
-        v_find_marked(p->m->volume, p->m->volume->near, p->m->volume->near_start, voxel, on, &near);
+    boundary = v_find_marked(p->m->volume, p->m->volume->boundary.masks,
+                             p->m->volume->boundary.start, voxel, on, &near);
     if (m_any(m_without(on, boundary)))
         add_interior(p, label, m_without(on, boundary));
     if (m_any(boundary))

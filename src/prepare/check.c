@@ -252,17 +252,17 @@ sc_status sc_check_prepared(const sc_ctx *ctx, const char *path, const sc_prepar
         wrong = wrong_with_label(&v->labels[id], id ? &v->labels[id - 1] : NULL);
         if (!wrong)
             wrong = wrong_with_stats(v, &v->stats[id], voxels);
-        if (!wrong && !(is_within(v->smooth[id].x, 0, SC_SMOOTH_MAX) &&
-                        is_within(v->smooth[id].y, 0, SC_SMOOTH_MAX) &&
-                        is_within(v->smooth[id].z, 0, SC_SMOOTH_MAX)))
+        if (!wrong && !(is_within(v->how.smooth[id].x, 0, SC_SMOOTH_MAX) &&
+                        is_within(v->how.smooth[id].y, 0, SC_SMOOTH_MAX) &&
+                        is_within(v->how.smooth[id].z, 0, SC_SMOOTH_MAX)))
             wrong = "a strength of smoothing is out of range";
-        if (!wrong && v->hidden[id] > 1)
+        if (!wrong && v->how.hidden[id] > 1)
             wrong = "a label is neither hidden nor shown";
     }
     if (!wrong && largest_id(v, voxels) >= (unsigned)v->label_count)
         wrong = "a voxel has a label that is not in its table";
     if (!wrong)
-        wrong = wrong_with_masks(v, v->near, v->near_start, v->near_count);
+        wrong = wrong_with_masks(v, v->boundary.masks, v->boundary.start, v->boundary.count);
     if (!wrong)
         wrong = wrong_with_border(v, &v->outer, -SC_VALUE_MAX);
     if (!wrong)

@@ -35,7 +35,8 @@ typedef struct brick_range {
 static brick_range used_bricks(const hull_finder *h, int y, int z)
 {
     const sc_prepared *v = h->volume;
-    const uint64_t *row = v->near + sc_brick_index(v->bricks, 0, sc_brick_of(y), sc_brick_of(z));
+    const uint64_t *row =
+        v->boundary.masks + sc_brick_index(v->bricks, 0, sc_brick_of(y), sc_brick_of(z));
     const uint64_t layer = (uint64_t)SC_BRICK_LAYER_BITS << sc_brick_bit(0, 0, z);
     brick_range used = {0, v->bricks[0] - 1};
 
@@ -52,7 +53,8 @@ static int row_end(const hull_finder *h, brick_range used, int y, int z, bool la
 {
     const sc_prepared *v = h->volume;
     const int shift = sc_brick_bit(0, y, z);
-    const uint64_t *row = v->near + sc_brick_index(v->bricks, 0, sc_brick_of(y), sc_brick_of(z));
+    const uint64_t *row =
+        v->boundary.masks + sc_brick_index(v->bricks, 0, sc_brick_of(y), sc_brick_of(z));
 
     for (int i = 0; i <= used.high - used.low; i++) {
         const int brick = last ? used.high - i : used.low + i;

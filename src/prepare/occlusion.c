@@ -52,7 +52,7 @@ static float occupancy(const blur *b, size_t brick, const int low[3])
     float sum = 0;
 
     /* One label only: asked for one vertex further in, as the lowest may lie outside the volume. */
-    if (!b->volume->near[brick])
+    if (!b->volume->boundary.masks[brick])
         return b->opacity[sc_id_at_vertex(b->volume, low[0] + 1, low[1] + 1, low[2] + 1)];
     if (low[0] > 0 && low[1] > 0 && low[2] > 0 && low[0] + SC_BRICK <= size[0] + 1 &&
         low[1] + SC_BRICK <= size[1] + 1 && low[2] + SC_BRICK <= size[2] + 1)

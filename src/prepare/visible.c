@@ -58,7 +58,7 @@ static void build_masks(void *user, size_t begin, size_t end, int thread)
 
     for (size_t brick = begin; brick < end; brick++) {
         int low[3];
-        const uint64_t boundary = v->near[brick];
+        const uint64_t boundary = v->boundary.masks[brick];
         uint64_t left, mask = 0;
 
         sc_brick_low(v->bricks, brick, low);
@@ -170,7 +170,8 @@ static void build_cells(void *user, size_t begin, size_t end, int thread)
 
         sc_brick_at(v->bricks, brick, at);
         border = sc_border_cells(v, at);
-        if (!(v->outer.masks[brick] | v->inner.masks[brick]) && !(border && v->near[brick]))
+        if (!(v->outer.masks[brick] | v->inner.masks[brick]) &&
+            !(border && v->boundary.masks[brick]))
             continue;
         sc_brick_low(v->bricks, brick, low);
         sc_corner_fields_fetch(v, at, &fields);

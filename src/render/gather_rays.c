@@ -15,7 +15,7 @@
 /* @return the vertices of a brick that are on the side of tissue. */
 static uint64_t tissue_side(const sc_prepared *v, size_t brick, const int low[3])
 {
-    const bool uniform = !v->near[brick] && !v->outer.masks[brick];
+    const bool uniform = !v->boundary.masks[brick] && !v->outer.masks[brick];
     uint64_t mask = 0;
 
     for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
@@ -47,7 +47,7 @@ static uint32_t find_parts(const sc_prepared *v, size_t brick, sc_gather_part *o
             v, low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit), low[2] + sc_bit_z(bit));
         uint32_t i = 0;
 
-        if (!v->near[brick]) {
+        if (!v->boundary.masks[brick]) {
             out[0] = (sc_gather_part){left, label};
             return 1;
         }

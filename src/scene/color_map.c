@@ -86,7 +86,7 @@ void sc_color_scale_find(const sc_color_by *by, const sc_prepared *volume, const
     memcpy(out->missing, by->missing, sizeof out->missing);
     snprintf(out->title, sizeof out->title, "%s", by->title[0] ? by->title : title);
     for (int id = 1; id < volume->label_count; id++) {
-        if (!volume->stats[id].voxels || (volume->hidden && volume->hidden[id]))
+        if (!volume->stats[id].voxels || (volume->how.hidden && volume->how.hidden[id]))
             continue;
         for (int c = 0; c < columns; c++) {
             const double value = values[(size_t)c * (size_t)volume->label_count + (size_t)id];

@@ -147,7 +147,7 @@ TEST(scales_follow_the_values_shown)
     assert_true(scale.low == -4 && scale.high == 4);
     v[1] = -1;
     by.map = SC_MAP_VIRIDIS;
-    volume.hidden = hidden;
+    volume.how.hidden = hidden;
     sc_color_scale_find(&by, &volume, v, 1, "", &scale);
     assert_true(scale.low == -1 && scale.high == 2);
     by.range_auto = false;

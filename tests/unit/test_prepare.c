@@ -30,7 +30,7 @@ static bool bit_at(const sc_prepared *v, int x, int y, int z)
     const int qx = x + 1, qy = y + 1, qz = z + 1;
     const int brick = ((qz >> 2) * v->bricks[1] + (qy >> 2)) * v->bricks[0] + (qx >> 2);
 
-    return v->near[brick] >> ((qx & 3) + 4 * (qy & 3) + 16 * (qz & 3)) & 1;
+    return v->boundary.masks[brick] >> ((qx & 3) + 4 * (qy & 3) + 16 * (qz & 3)) & 1;
 }
 
 /* brick.h: packing and unpacking are inverse to each other, and the masks of faces have the right
@@ -94,12 +94,12 @@ TEST(the_boundary_follows_the_rule_of_the_paper)
             voxels[id] += id != 0;
             near += boundary;
         }
-        assert_int_equal(p.view.near_count, near);
+        assert_int_equal(p.view.boundary.count, near);
         for (int id = 1; id < 4; id++) {
             assert_int_equal(p.view.stats[id].boundary_voxels, counts[id]);
             assert_int_equal(p.view.stats[id].voxels, voxels[id]);
         }
-        assert_int_equal(p.view.boundary_count, counts[1] + counts[2] + counts[3]);
+        assert_int_equal(p.view.boundary.voxel_count, counts[1] + counts[2] + counts[3]);
     }
 }
 
@@ -597,8 +597,8 @@ TEST(what_is_known_of_the_grid_is_kept)
             .resampled = i == 1, .as_drawn = i == 2, .threads = 1};
         const prepared_copy p = prepare_as(&volume, &settings);
 
-        assert_int_equal(p.view.resampled, i == 1);
-        assert_int_equal(p.view.as_drawn, i == 2);
+        assert_int_equal(p.view.how.resampled, i == 1);
+        assert_int_equal(p.view.how.as_drawn, i == 2);
         sc_free(p.block);
     }
 }
@@ -633,7 +633,7 @@ TEST(volumes_of_one_voxel_and_of_one_slice_are_prepared)
         SC_OWN(sc_volume_clear) sc_volume volume = shape_volume(sizes[i], cube, 1, 2, everything);
         SC_OWN(clear_copy) prepared_copy p = prepare_copy(&volume, 2);
 
-        assert_int_equal(p.view.boundary_count, sc_volume_voxels(&volume));
+        assert_int_equal(p.view.boundary.voxel_count, sc_volume_voxels(&volume));
     }
 }
 

@@ -16,7 +16,7 @@ static sc_status add_named(const sc_ctx *ctx, const sc_prepared *v, const char *
     for (int id = 1; id < v->label_count && best != SC_MATCH_NONE; id++) {
         if (sc_label_match(&v->labels[id], &pattern) != best)
             continue;
-        if (v->hidden[id])
+        if (v->how.hidden[id])
             return sc_fail(ctx, SC_ERR_DATA,
                            "--tissue %s: \"%s\" (label %lld) is hidden, by the label table or as "
                            "the file was prepared, and has no surface; show it by --set "
@@ -40,7 +40,7 @@ static sc_status find_wanted(const sc_app *app, const sc_prepared *v, const sc_t
     for (size_t i = 0; i < list.count; i++)
         SC_PASS(add_named(app->ctx, v, list.names[i], wanted));
     for (int id = 1; id < v->label_count && !app->options.convert.tissue; id++)
-        wanted[id] = looks[id].visible && !v->hidden[id];
+        wanted[id] = looks[id].visible && !v->how.hidden[id];
     return SC_OK;
 }
 
