@@ -26,6 +26,14 @@ typedef struct amira_field {
     uint64_t packed_bytes; /* of what is packed */
 } amira_field;
 
+/* Where the volume lies, as far as the file says. */
+typedef struct amira_place {
+    double box[6];     /* least and most along x, y, z: centres of voxels */
+    double matrix[16]; /* column by column */
+    bool has_box, has_matrix;
+    double unit_mm;
+} amira_place;
+
 /* The header while it is read. */
 typedef struct amira {
     const sc_ctx *ctx;
@@ -37,10 +45,7 @@ typedef struct amira {
     char groups[GROUPS_MAX][SC_NAME_BYTES]; /* the open ones, the outer first */
     int depth;                              /* how many are open */
     int64_t size[3];                        /* 0: none */
-    double box[6];                          /* least and most along x, y, z: centres of voxels */
-    double matrix[16];                      /* column by column */
-    bool has_box, has_matrix;
-    double unit_mm;
+    amira_place place;
     int materials; /* so far */
     sc_label row;  /* the open one */
     sc_label_table table;
@@ -145,14 +150,14 @@ static void read_key(amira *a)
     if (!in_parameters) {
         return;
     } else if (a->depth == 1 && !strcmp(a->word, "BoundingBox")) {
-        a->has_box = read_numbers(a, 6, a->box);
+        a->place.has_box = read_numbers(a, 6, a->place.box);
     } else if (a->depth == 1 && !strcmp(a->word, "TransformationMatrix")) {
-        a->has_matrix = read_numbers(a, 16, a->matrix);
+        a->place.has_matrix = read_numbers(a, 16, a->place.matrix);
     } else if (a->depth == 1 && !strcmp(a->word, "CoordType") && next_word(a) == WORD) {
         a->stacked = strcmp(a->word, "uniform") != 0;
     } else if (a->depth == 2 && !strcmp(a->groups[1], "Units") && !strcmp(a->word, "Coordinates") &&
                next_word(a) == WORD) {
-        a->unit_mm = sc_length_unit_mm(a->word);
+        a->place.unit_mm = sc_length_unit_mm(a->word);
     } else if (a->depth == 3 && !strcmp(a->groups[1], "Materials") && !strcmp(a->word, "Color") &&
                read_numbers(a, 3, rgb)) {
         a->row.has_color = true;
@@ -382,24 +387,24 @@ static sc_status geometry(const amira *a, sc_source *source)
                        "%s: its slices are not evenly spaced (CoordType), expected \"uniform\"; "
                        "resample it in Amira",
                        a->path);
-    if (!a->has_box)
+    if (!a->place.has_box)
         sc_warn_without_spacing(a->ctx, a->path, "BoundingBox");
     for (int i = 0; i < 3; i++) {
         const double steps = source->size[i] > 1 ? source->size[i] - 1 : 1;
-        const double spacing = (a->box[2 * i + 1] - a->box[2 * i]) / steps;
+        const double spacing = (a->place.box[2 * i + 1] - a->place.box[2 * i]) / steps;
 
-        to->m[i][i] = a->has_box && spacing > 0 ? spacing : 1;
-        to->m[i][3] = a->has_box ? a->box[2 * i] : 0;
+        to->m[i][i] = a->place.has_box && spacing > 0 ? spacing : 1;
+        to->m[i][3] = a->place.has_box ? a->place.box[2 * i] : 0;
     }
-    if (a->has_matrix) {
+    if (a->place.has_matrix) {
         sc_affine matrix;
 
         for (int i = 0; i < 12; i++)
-            matrix.m[i % 3][i / 3] = a->matrix[i / 3 * 4 + i % 3];
+            matrix.m[i % 3][i / 3] = a->place.matrix[i / 3 * 4 + i % 3];
         *to = sc_affine_compose(&matrix, to);
     }
     for (int i = 0; i < 12; i++)
-        to->m[i / 4][i % 4] *= a->unit_mm > 0 ? a->unit_mm : 1;
+        to->m[i / 4][i % 4] *= a->place.unit_mm > 0 ? a->place.unit_mm : 1;
     return SC_OK;
 }
 
