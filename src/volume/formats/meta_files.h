@@ -7,9 +7,10 @@
 
 enum { SC_META_AT_END = -1 }; /* HeaderSize: the voxels are the last bytes of the file */
 
-/* Where the header of a MetaImage says that the voxels stand, one file for each slice. */
+/* Where the header of a MetaImage says that the voxels stand. */
 typedef struct sc_meta_series {
-    char *names; /* ElementDataFile: "LIST" or "slice%03d.raw 1 20 1"; parsing changes this text */
+    char *names; /* ElementDataFile: a file, "LOCAL", or for one file for each slice "LIST" or
+                    "slice%03d.raw 1 20 1"; parsing changes this text */
     char *
         list; /* what follows that line: the names of LIST, one a line; parsing changes this text */
     int64_t header_bytes; /* HeaderSize: where in each file its voxels begin; SC_META_AT_END */
@@ -25,8 +26,8 @@ bool sc_meta_is_series(const char *names);
 sc_status sc_meta_open_series(const sc_ctx *ctx, const char *header, const sc_meta_series *series,
                               sc_source *source);
 /* Let the voxels be read as numbers in decimal digits with blanks between them (BinaryData =
- * False, and AmiraMesh), from source->offset_bytes in source->file on; sets encoding, type, data,
- * release, read_slices and slices. @return SC_ERR_MEMORY. */
+ * False, and AmiraMesh), from source->stored.offset_bytes in source->stored.file on; sets encoding,
+ * type, data, release, read_slices and slices. @return SC_ERR_MEMORY. */
 sc_status sc_meta_open_text(const sc_ctx *ctx, sc_source *source);
 
 #endif

@@ -25,13 +25,12 @@ typedef struct meta {
     double spacing[3], offset[3]; /* in unit_mm, along the voxel axes and the file's world axes */
     double matrix[9];             /* [voxel axis][world axis] */
     const char *anatomy, *element_type; /* in text, or a constant */
-    char *data_file, *list;             /* in text: ElementDataFile, and what follows that line */
-    bool compressed, msb, has_matrix, has_size;
-    bool is_series;       /* there are more than three axes of more than one voxel */
-    double unit_mm;       /* of spacing and offset */
-    bool is_text;         /* the voxels are decimal digits */
-    int64_t header_bytes; /* HeaderSize: of each file with voxels; SC_META_AT_END */
-    size_t end_bytes;     /* where in an .mha the voxels begin, unless HeaderSize tells it */
+    sc_meta_series series;              /* texts of it are in text */
+    bool msb, has_matrix, has_size;
+    bool is_series;   /* there are more than three axes of more than one voxel */
+    double unit_mm;   /* of spacing and offset */
+    bool is_text;     /* the voxels are decimal digits */
+    size_t end_bytes; /* where in an .mha the voxels begin, unless HeaderSize tells it */
 } meta;
 
 /* Read up to @p count numbers separated by blanks into out[count]. @return how many there were. */
@@ -119,17 +118,17 @@ static bool parse_field(meta *m, const char *key, char *value)
     else if (is_key(key, "ElementType"))
         m->element_type = value;
     else if (is_key(key, "CompressedData"))
-        m->compressed = truth(value);
+        m->series.compressed = truth(value);
     else if (is_key(key, "BinaryData"))
         m->is_text = !truth(value);
     else if (is_key(key, "HeaderSize"))
-        return (m->header_bytes = strtoll(value, NULL, 10)) >= SC_META_AT_END;
+        return (m->series.header_bytes = strtoll(value, NULL, 10)) >= SC_META_AT_END;
     else if (is_key(key, "BinaryDataByteOrderMSB") || is_key(key, "ElementByteOrderMSB"))
         m->msb = truth(value);
     else if (is_key(key, "ElementNumberOfChannels"))
         return atoi(value) == 1;
     else if (is_key(key, "ElementDataFile"))
-        m->data_file = value;
+        m->series.names = value;
     return true;
 }
 
@@ -168,9 +167,9 @@ static sc_status parse_header(meta *m)
         if (!parse_field(m, key, value))
             return sc_fail(m->ctx, SC_ERR_DATA, "%s:%d: %.60s is \"%.60s\", which is not supported",
                            m->path, number, key, value);
-        if (m->data_file && m->data_file[0]) {
+        if (m->series.names && m->series.names[0]) {
             m->end_bytes = (size_t)(next - m->text);
-            m->list = next;
+            m->series.list = next;
             return SC_OK;
         }
     }
@@ -201,8 +200,8 @@ static sc_status element_type(const meta *m, sc_voxel_type *out)
 /* Are the voxels in the file of the header? */
 static bool is_local(const meta *m)
 {
-    return !strcmp(m->data_file, "LOCAL") || !strcmp(m->data_file, "Local") ||
-           !strcmp(m->data_file, "local");
+    return !strcmp(m->series.names, "LOCAL") || !strcmp(m->series.names, "Local") ||
+           !strcmp(m->series.names, "local");
 }
 
 /* Set to_ras_mm and oriented of @p source. The file's world axes point to the left, posterior
@@ -232,7 +231,7 @@ static void geometry(const meta *m, sc_source *source)
 static sc_status data_path(const meta *m, char **out, uint64_t *bytes)
 {
     if (!is_local(m))
-        return sc_data_file(m->ctx, m->path, "ElementDataFile", m->data_file, out, bytes);
+        return sc_data_file(m->ctx, m->path, "ElementDataFile", m->series.names, out, bytes);
     SC_PASS(sc_input_bytes(m->ctx, m->path, bytes));
     return sc_path_join(m->ctx, "", m->path, out);
 }
@@ -246,14 +245,15 @@ static sc_status find_file(const meta *m, size_t voxels, sc_source *source)
     uint64_t bytes = 0;
 
     SC_PASS(data_path(m, &source->stored.file, &bytes));
-    source->stored.encoding = m->compressed ? SC_ENCODING_ZLIB : SC_ENCODING_PLAIN;
-    source->stored.offset_bytes = m->header_bytes > 0 ? (uint64_t)m->header_bytes
-                                  : is_local(m)       ? (uint64_t)m->end_bytes
-                                                      : 0;
-    if (m->header_bytes == SC_META_AT_END && !m->compressed && !m->is_text && bytes >= needed)
+    source->stored.encoding = m->series.compressed ? SC_ENCODING_ZLIB : SC_ENCODING_PLAIN;
+    source->stored.offset_bytes = m->series.header_bytes > 0 ? (uint64_t)m->series.header_bytes
+                                  : is_local(m)              ? (uint64_t)m->end_bytes
+                                                             : 0;
+    if (m->series.header_bytes == SC_META_AT_END && !m->series.compressed && !m->is_text &&
+        bytes >= needed)
         source->stored.offset_bytes = bytes - needed;
     bytes -= source->stored.offset_bytes < bytes ? source->stored.offset_bytes : bytes;
-    if ((double)needed > (double)bytes * (m->compressed ? SC_DEFLATE_RATIO_MAX : 1))
+    if ((double)needed > (double)bytes * (m->series.compressed ? SC_DEFLATE_RATIO_MAX : 1))
         return sc_fail(m->ctx, SC_ERR_DATA,
                        "%s: the header promises %zu voxels, more than %s can hold (%llu bytes)",
                        m->path, voxels, source->stored.file, (unsigned long long)bytes);
@@ -266,18 +266,18 @@ static sc_status find_file(const meta *m, size_t voxels, sc_source *source)
 static sc_status find_voxels(const meta *m, sc_source *source)
 {
     const size_t each = sc_voxel_type_bytes(source->type);
-    const sc_meta_series series = {m->data_file, m->list, m->header_bytes, m->compressed};
     size_t voxels;
 
     SC_PASS(sc_grid_voxels(m->ctx, m->path, m->size, each, source->size, &voxels));
-    if (m->is_text && (m->compressed || sc_meta_is_series(m->data_file)))
+    if (m->is_text && (m->series.compressed || sc_meta_is_series(m->series.names)))
         return sc_fail(m->ctx, SC_ERR_DATA,
                        "%s: BinaryData is False, and the voxels are compressed or in several "
                        "files; expected digits in one file, or BinaryData = True",
                        m->path);
     source->stored.swapped = m->msb != (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__) && each > 1;
-    return sc_meta_is_series(m->data_file) ? sc_meta_open_series(m->ctx, m->path, &series, source)
-                                           : find_file(m, voxels, source);
+    return sc_meta_is_series(m->series.names)
+               ? sc_meta_open_series(m->ctx, m->path, &m->series, source)
+               : find_file(m, voxels, source);
 }
 
 /* For SC_OWN. */
