@@ -14,10 +14,10 @@
 static inline void v_local_at(const packet *p, vf t, vi axis, bool leaving, vf out[3])
 {
     for (int i = 0; i < 3; i++) {
-        const vf face = f_pick(p->forward[i], f_set(leaving), f_set(!leaving));
+        const vf face = f_pick(p->ray.forward[i], f_set(leaving), f_set(!leaving));
 
         out[i] = f_pick(i_equal(axis, i_set(i)), face,
-                        f_clamp01(p->origin[i] + p->direction[i] * t - f_of(p->q[i])));
+                        f_clamp01(p->ray.origin[i] + p->ray.direction[i] * t - f_of(p->q[i])));
     }
 }
 
@@ -30,8 +30,8 @@ static bool list_crossings(const packet *p, crossings *x, int lane)
 
     for (int i = 0; i < 3; i++) {
         cell->q[i] = p->q[i][lane];
-        a[i] = p->a[i][lane];
-        b[i] = p->b[i][lane];
+        a[i] = p->chord.a[i][lane];
+        b[i] = p->chord.b[i][lane];
     }
     x->next[lane] = 0;
     x->count[lane] =
@@ -73,17 +73,17 @@ static vm find_crossings(packet *p)
 
     for (int i = 0; i < 3; i++)
         mm[i] = v_exit_mm(p, i);
-    nearest_plane(mm, &p->t1, &p->axis1);
-    p->axis1 = i_pick(f_below(p->t1, p->end), p->axis1, i_set(-1));
-    p->t1 = f_pick(f_below(p->t1, p->end), p->t1, p->end);
-    v_local_at(p, p->t, p->axis, false, p->a);
-    v_local_at(p, p->t1, p->axis1, true, p->b);
+    nearest_plane(mm, &p->chord.t1, &p->chord.axis1);
+    p->chord.axis1 = i_pick(f_below(p->chord.t1, p->stretch.end), p->chord.axis1, i_set(-1));
+    p->chord.t1 = f_pick(f_below(p->chord.t1, p->stretch.end), p->chord.t1, p->stretch.end);
+    v_local_at(p, p->t, p->axis, false, p->chord.a);
+    v_local_at(p, p->chord.t1, p->chord.axis1, true, p->chord.b);
     read_packed(p, on, values, &labels);
     for (int i = 0; i < SC_CORNERS; i++)
         difference[i] = f_of(v_signed_field(values[i / SC_CELL_WORD_CORNERS],
                                             SC_CELL_VALUE_BITS * (i % SC_CELL_WORD_CORNERS),
                                             SC_CELL_VALUE_BITS));
-    v_bernstein(difference, p->a, p->b, coefficients);
+    v_bernstein(difference, p->chord.a, p->chord.b, coefficients);
     variations = v_variations(coefficients);
     /* If the signs of the coefficients change once, there is exactly one crossing, which v_root
      * will find. Cells with more changes, and general ones, need a list, unless all is background.
@@ -120,7 +120,7 @@ static void find_listed_normal(packet *p, int lane, const sc_crossing *crossing)
     if (crossing->face)
         return;
     for (int i = 0; i < 3; i++)
-        at[i] = sc_lerp(p->a[i][lane], p->b[i][lane], crossing->u);
+        at[i] = sc_lerp(p->chord.a[i][lane], p->chord.b[i][lane], crossing->u);
     sc_cell_normal(&p->x.cells[lane], crossing->entered, crossing->left, at, normal);
     for (int i = 0; i < 3; i++)
         p->x.normal[i][lane] = normal[i];
@@ -180,8 +180,8 @@ static void v_add_surface(packet *p, vi label, const vf at[3], const v_spot *spo
     alpha = v_edge_alpha(&p->m->light, v_surface_alpha(p, label, at, on),
                          f_dot(spot->normal, spot->eye));
     v_light(p->m, label, spot, on, rgb);
-    v_remember_surface(&p->light, label, alpha, spot, p->seeks, on);
-    v_blend(&p->light, rgb, alpha, p->seeks, on);
+    v_remember_surface(&p->light, label, alpha, spot, p->ray.seeks, on);
+    v_blend(&p->light, rgb, alpha, p->ray.seeks, on);
     p->counters.contributions += m_count(on);
 }
 
@@ -190,13 +190,13 @@ static inline vm v_contributes(const packet *p, vi label, vm on)
 {
     const vi bytes = v_tissue_bytes(p->m, label, on);
 
-    return v_in_kept_set(bytes, p->active, v_shows(bytes, SC_SHOW_BOUNDARY, on));
+    return v_in_kept_set(bytes, p->stretch.active, v_shows(bytes, SC_SHOW_BOUNDARY, on));
 }
 
 /* Rays that are not yet opaque, of all lanes. */
 static inline vm v_sees_on(const packet *p)
 {
-    return f_at_most(p->ends_below, p->light.transmittance);
+    return f_at_most(p->ray.ends_below, p->light.transmittance);
 }
 
 /* Set the normals and rims of the spots of the lanes of @p on whose crossings are faces of the
@@ -256,24 +256,24 @@ static vm set_around(const packet *p, const crossings *x, const vf at[3], vm on,
 static void add_crossings(packet *p, const crossings *x, vm on)
 {
     const vm left = v_contributes(p, x->left, on), entered = v_contributes(p, x->entered, on);
-    const vf t = p->t + (p->t1 - p->t) * x->u;
+    const vf t = p->t + (p->chord.t1 - p->t) * x->u;
     const vm either = m_or(left, entered);
     v_spot spot;
     vf at[3], length;
 
     if (!m_any(either))
         return;
-    spot.depth_mm = p->base_mm + t;
+    spot.depth_mm = p->ray.base_mm + t;
     for (int i = 0; i < 3; i++) {
-        spot.eye[i] = p->eye[i];
-        at[i] = f_lerp(p->a[i], p->b[i], x->u);
-        spot.point[i] = p->origin[i] + p->direction[i] * t;
+        spot.eye[i] = p->ray.eye[i];
+        at[i] = f_lerp(p->chord.a[i], p->chord.b[i], x->u);
+        spot.point[i] = p->ray.origin[i] + p->ray.direction[i] * t;
     }
     length = f_length(x->normal);
     for (int i = 0; i < 3; i++)
         spot.normal[i] =
-            f_pick(f_below(f_set(SC_GRADIENT_LEAST), length), x->normal[i] / length, p->eye[i]);
-    v_face_eye(p->eye, spot.normal);
+            f_pick(f_below(f_set(SC_GRADIENT_LEAST), length), x->normal[i] / length, p->ray.eye[i]);
+    v_face_eye(p->ray.eye, spot.normal);
     spot.rim = f_set(0);
     set_faces(p, x, at, either, &spot);
     spot.has_around = set_around(p, x, at, either, &spot);
@@ -282,13 +282,14 @@ static void add_crossings(packet *p, const crossings *x, vm on)
     v_add_surface(p, x->entered, at, &spot, m_and(entered, v_sees_on(p)));
 }
 
-/* Set p->rounding and p->q: the cells in which the stretches of the lanes of @p on begin. t, end
- * and axis (-1) of these lanes have been set. */
+/* Set p->stretch.rounding and p->q: the cells in which the stretches of the lanes of @p on begin.
+ * t, end and axis (-1) of these lanes have been set. */
 static void find_first_cells(packet *p, vm on)
 {
     /* 2^-20 is eight times the relative rounding error of a float. */
     for (int i = 0; i < 3; i++)
-        p->rounding[i] = (f_abs(p->origin[i]) + f_abs(p->direction[i]) * p->end) * 0x1p-20f;
+        p->stretch.rounding[i] =
+            (f_abs(p->ray.origin[i]) + f_abs(p->ray.direction[i]) * p->stretch.end) * 0x1p-20f;
     v_locate_cells(p, on);
 }
 
@@ -340,24 +341,24 @@ static void begin_stretches(packet *p, vm on)
         float begin, end;
         uint32_t active;
 
-        if (p->light.transmittance[lane] < p->ends_below[lane] ||
-            !next_stretch(&p->rays[lane], p->last_end[lane], &begin, &end, &active))
+        if (p->light.transmittance[lane] < p->ray.ends_below[lane] ||
+            !next_stretch(&p->rays[lane], p->stretch.last_end[lane], &begin, &end, &active))
             continue;
         if (p->ways)
-            p->ways[lane].from_mm = p->last_end[lane];
+            p->ways[lane].from_mm = p->stretch.last_end[lane];
         if (p->m->cut_faces.are_drawn && p->m->planes.count && !(p->ways && p->ways[lane].walks) &&
             !pass_lane_caps(p, lane, begin))
             continue;
         begun |= 1u << lane;
-        p->last_end[lane] = end;
-        begin = begin > p->near[lane] ? begin : p->near[lane];
-        end = end < p->far[lane] ? end : p->far[lane];
+        p->stretch.last_end[lane] = end;
+        begin = begin > p->stretch.near[lane] ? begin : p->stretch.near[lane];
+        end = end < p->stretch.far[lane] ? end : p->stretch.far[lane];
         if (!(begin < end) || p->m->cut_faces.only ||
-            p->light.transmittance[lane] < p->ends_below[lane])
+            p->light.transmittance[lane] < p->ray.ends_below[lane])
             begin = end = 0; /* there is nothing to walk through */
         p->t[lane] = begin;
-        p->end[lane] = end;
-        p->active[lane] = (int32_t)active;
+        p->stretch.end[lane] = end;
+        p->stretch.active[lane] = (int32_t)active;
         p->axis[lane] = -1;
     }
     p->alive = m_or(m_without(p->alive, on), m_of_bits(begun));
@@ -392,11 +393,12 @@ static bool begin_at_once(packet *p, int count, vm all)
             return false;
     }
     p->t = v_ray_floats(p->rays, offsetof(sc_ray, parts[0][0].begin_mm), all);
-    p->end = v_ray_floats(p->rays, offsetof(sc_ray, parts[0][0].end_mm), all);
-    p->t = f_pick(f_below(p->t, p->near), p->near, p->t);
-    p->end = f_pick(f_below(p->far, p->end), p->far, p->end);
-    p->active = i_set(1);
-    p->alive = m_and(all, f_below(p->t, p->end));
+    p->stretch.end = v_ray_floats(p->rays, offsetof(sc_ray, parts[0][0].end_mm), all);
+    p->t = f_pick(f_below(p->t, p->stretch.near), p->stretch.near, p->t);
+    p->stretch.end =
+        f_pick(f_below(p->stretch.far, p->stretch.end), p->stretch.far, p->stretch.end);
+    p->stretch.active = i_set(1);
+    p->alive = m_and(all, f_below(p->t, p->stretch.end));
     find_first_cells(p, p->alive);
     if (!p->m->planes.count)
         go_on(p, m_bits(p->alive));
@@ -417,7 +419,7 @@ static void start_packet(packet *p, const sc_ray *rays, sc_way *ways, const sc_r
     p->light = v_no_light();
     p->alive = m_none();
     p->place = v_first_place();
-    p->one_stretch = true;
+    p->stretch.is_only = true;
     if (!count)
         return;
     all = m_of_bits((1u << count) - 1);
@@ -425,39 +427,28 @@ static void start_packet(packet *p, const sc_ray *rays, sc_way *ways, const sc_r
         p->limit_mm = v_begin_ways(ways, count, all);
         v_radiance_read(&p->light, light, count);
     }
+    v_load_rays(p->m, rays, all, &p->ray);
     for (int i = 0; i < 3; i++) {
-        const size_t at = sizeof(float) * (size_t)i;
-
-        p->origin[i] = v_ray_floats(rays, offsetof(sc_ray, origin) + at, all);
-        p->direction[i] = v_ray_floats(rays, offsetof(sc_ray, direction) + at, all);
-        p->eye[i] = v_ray_floats(rays, offsetof(sc_ray, toward_eye) + at, all);
-    }
-    p->base_mm = v_ray_floats(rays, offsetof(sc_ray, base_mm), all);
-    p->ends_below = v_ray_floats(rays, offsetof(sc_ray, ends_below), all);
-    p->seeks = f_below(f_set(0), p->ends_below);
-    p->ends_below = f_pick(f_below(p->ends_below, f_set(p->m->opaque_below)),
-                           f_set(p->m->opaque_below), p->ends_below);
-    for (int i = 0; i < 3; i++) {
-        const vf d = p->direction[i];
+        const vf d = p->ray.direction[i];
         const vm back = f_below(d, f_set(0));
 
         p->parallel[i] = m_and(f_below(f_set(-SC_PARALLEL), d), f_below(d, f_set(SC_PARALLEL)));
-        p->direction[i] = f_pick(p->parallel[i], f_set(0), d);
-        p->inverse[i] = f_pick(p->parallel[i], f_set(SC_NEVER_MM), 1 / d);
-        p->forward[i] = m_without(f_equal(d, d), m_without(back, p->parallel[i]));
+        p->ray.direction[i] = f_pick(p->parallel[i], f_set(0), d);
+        p->ray.inverse[i] = f_pick(p->parallel[i], f_set(SC_NEVER_MM), 1 / d);
+        p->ray.forward[i] = m_without(f_equal(d, d), m_without(back, p->parallel[i]));
         p->q[i] = i_set(0);
     }
-    p->mm_per_city_block =
-        1 / (f_abs(p->direction[0]) + f_abs(p->direction[1]) + f_abs(p->direction[2]));
-    v_clip_to_box(p->m, p->origin, p->inverse, 0, &p->near, &p->far);
-    p->t = p->end = f_set(0);
-    p->active = i_set(0);
+    p->ray.mm_per_city_block =
+        1 / (f_abs(p->ray.direction[0]) + f_abs(p->ray.direction[1]) + f_abs(p->ray.direction[2]));
+    v_clip_to_box(p->m, p->ray.origin, p->ray.inverse, 0, &p->stretch.near, &p->stretch.far);
+    p->t = p->stretch.end = f_set(0);
+    p->stretch.active = i_set(0);
     p->axis = i_set(-1);
-    p->one_stretch = begin_at_once(p, count, all);
-    if (p->one_stretch)
+    p->stretch.is_only = begin_at_once(p, count, all);
+    if (p->stretch.is_only)
         return;
     for (int lane = 0; lane < LANES; lane++)
-        p->last_end[lane] = ways && lane < count ? ways[lane].from_mm : -HUGE_VALF;
+        p->stretch.last_end[lane] = ways && lane < count ? ways[lane].from_mm : -HUGE_VALF;
     begin_stretches(p, all);
 }
 
@@ -518,8 +509,8 @@ static vm pass_crossings(packet *p, vm on, vm *asks)
 
     if (!m_any(met))
         return on;
-    stopped = m_without(
-        met, v_pass(p->ways, p->base_mm + (p->t + (p->t1 - p->t) * x->u), &p->limit_mm, met));
+    stopped = m_without(met, v_pass(p->ways, p->ray.base_mm + (p->t + (p->chord.t1 - p->t) * x->u),
+                                    &p->limit_mm, met));
     *asks = m_without(*asks, met);
     stop_rays(p, stopped);
     return m_without(on, stopped);
@@ -540,7 +531,7 @@ static void find_single(packet *p, vm on)
     x->face = i_set(0);
     x->u = v_root(x->coefficients, on);
     for (int i = 0; i < 3; i++)
-        at[i] = f_lerp(p->a[i], p->b[i], x->u);
+        at[i] = f_lerp(p->chord.a[i], p->chord.b[i], x->u);
     v_cell_normal(p->m->volume, p->q, x->values, i_equal(low, i_set(0)), m_without(on, downward),
                   at, on, x->normal);
 }
@@ -571,8 +562,8 @@ static void add_found(packet *p)
 
     if (m_any(p->found))
         add_cell_crossings(p);
-    over = m_without(p->alive, m_and(v_sees_on(p), f_below(p->t, p->end)));
-    if (p->one_stretch)
+    over = m_without(p->alive, m_and(v_sees_on(p), f_below(p->t, p->stretch.end)));
+    if (p->stretch.is_only)
         p->alive = m_without(p->alive, over);
     else
         begin_stretches(p, over);

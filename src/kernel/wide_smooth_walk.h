@@ -30,6 +30,24 @@ typedef struct crossings {
     uint32_t listed;               /* those lanes, as bits */
 } crossings;
 
+/* The stretch of each ray that is being marched: see next_stretch(). Distances are in mm from the
+ * ray's origin. */
+typedef struct stretch {
+    vf near, far;   /* where the ray enters and leaves the box of the march */
+    vf end;         /* where it ends */
+    vf rounding[3]; /* bound on the rounding error of a position on it, in grid coordinates */
+    vi active;      /* the clip sets kept on it, as bits */
+    float last_end[LANES]; /* where the stretch before it ended */
+    bool is_only;          /* no ray has another stretch */
+} stretch;
+
+/* The way through the present cell of each ray: from position a to b, leaving at distance t1
+ * through axis1. */
+typedef struct chord {
+    vf a[3], b[3], t1;
+    vi axis1;
+} chord;
+
 /* LANES rays that are marched side by side. init_packet sets what lasts, start_packet the rays.
  * Distances are in mm from the ray's origin, positions in grid coordinates. */
 typedef struct packet {
@@ -38,28 +56,15 @@ typedef struct packet {
     sc_way *ways; /* NULL: rays go to their ends at once */
     vf limit_mm;  /* with ways: rays stop before what is not nearer to the eye than this */
     v_radiance light;
-    /* the rays */
-    vf origin[3], direction[3], inverse[3], eye[3], base_mm; /* eye: sc_ray.toward_eye */
-    vf ends_below;        /* the transmittance below which the rays end */
-    vm seeks;             /* those that look for the surface at which they do: see sc_ray */
-    vm forward[3];        /* the coordinate grows along the ray, or does not change */
-    vm parallel[3];       /* it does not change: the ray never crosses a grid plane of this axis */
-    vf near, far;         /* distances at which the ray enters and leaves the box of the march */
-    vf mm_per_city_block; /* way by which the city-block distance from its begin grows by 1 */
-    /* the stretch of the ray that is being marched: see next_stretch() */
-    vf end;         /* where it ends */
-    vf rounding[3]; /* bound on the rounding error of a position on it, in grid coordinates */
-    vi active;      /* the clip sets kept on it, as bits */
-    float last_end[LANES]; /* where the stretch before it ended */
-    bool one_stretch;      /* no ray has another stretch */
+    v_ray ray;
+    vm parallel[3]; /* the coordinate does not change: the ray never crosses a grid plane of the
+                       axis */
+    stretch stretch;
     /* the walk from cell to cell; see cursor of smooth_ray.h */
     vi q[3], axis;
     vf t;
     v_place place; /* what the skip method remembers of it */
-    /* the way through the present cell: from position a to b, leaving at distance t1 through axis1
-     */
-    vf a[3], b[3], t1;
-    vi axis1;
+    chord chord;
     vm alive;     /* rays that are not finished */
     vm walking;   /* on the way to a marked cell */
     vm at_marked; /* in a marked cell that has yet to be searched for crossings */
@@ -76,13 +81,13 @@ enum {
 /* Distance at which the rays meet grid plane number @p plane of axis @p i; see plane_mm(). */
 static inline vf v_plane_mm(const packet *p, int i, vi plane)
 {
-    return (f_of(plane) - p->origin[i]) * p->inverse[i];
+    return (f_of(plane) - p->ray.origin[i]) * p->ray.inverse[i];
 }
 
 /* Distance at which the rays leave their present cells along axis @p i. */
 static inline vf v_exit_mm(const packet *p, int i)
 {
-    return v_plane_mm(p, i, i_pick(p->forward[i], p->q[i] + 1, p->q[i]));
+    return v_plane_mm(p, i, i_pick(p->ray.forward[i], p->q[i] + 1, p->q[i]));
 }
 
 /* The nearest of three planes, one of each axis, at the distances @p mm: its distance to @p t
@@ -103,9 +108,9 @@ static inline void nearest_plane(const vf mm[3], vf *t, vi *axis)
 static inline bool correct_cell(packet *p, int i, vm on)
 {
     const vm earlier = i_below(i_set(i), p->axis), later = i_below(p->axis, i_set(i));
-    const vi step = i_pick(p->forward[i], i_set(1), i_set(-1));
+    const vi step = i_pick(p->ray.forward[i], i_set(1), i_set(-1));
     const vf out = v_exit_mm(p, i);
-    const vf in = v_plane_mm(p, i, i_pick(p->forward[i], p->q[i], p->q[i] + 1));
+    const vf in = v_plane_mm(p, i, i_pick(p->ray.forward[i], p->q[i], p->q[i] + 1));
     const vm ahead = m_and(on, m_or(f_below(out, p->t), m_and(f_equal(out, p->t), earlier)));
     const vm behind = m_and(on, m_or(f_below(p->t, in), m_and(f_equal(in, p->t), later)));
 
@@ -122,10 +127,11 @@ static inline void v_locate_cells(packet *p, vm on)
 {
     for (int i = 0; i < 3; i++) {
         const vm here = m_without(on, i_equal(p->axis, i_set(i)));
-        const vf at = p->origin[i] + p->direction[i] * p->t;
+        const vf at = p->ray.origin[i] + p->ray.direction[i] * p->t;
         const vi cell = i_floor(at);
         const vf within = at - f_of(cell);
-        const vm close = m_or(f_below(within, p->rounding[i]), f_below(1 - p->rounding[i], within));
+        const vm close = m_or(f_below(within, p->stretch.rounding[i]),
+                              f_below(1 - p->stretch.rounding[i], within));
 
         p->q[i] = i_pick(here, cell, p->q[i]);
         if (m_any(m_and(here, close))) {
@@ -150,7 +156,7 @@ static inline void leave_box(packet *p, vi mask, vi ahead, vi back, vm leaps, vm
     vi plane[3], axis;
 
     for (int i = 0; i < 3; i++) {
-        plane[i] = (p->q[i] & mask) + i_pick(p->forward[i], ahead, back);
+        plane[i] = (p->q[i] & mask) + i_pick(p->ray.forward[i], ahead, back);
         mm[i] = v_plane_mm(p, i, plane[i]);
     }
     nearest_plane(mm, &t, &axis);
@@ -158,7 +164,7 @@ static inline void leave_box(packet *p, vi mask, vi ahead, vi back, vm leaps, vm
     p->axis = i_pick(on, axis, p->axis);
     for (int i = 0; i < 3; i++)
         p->q[i] = i_pick(m_and(on, i_equal(axis, i_set(i))),
-                         i_pick(p->forward[i], plane[i], plane[i] - 1), p->q[i]);
+                         i_pick(p->ray.forward[i], plane[i], plane[i] - 1), p->q[i]);
     if (m_any(leaps))
         v_locate_cells(p, leaps);
 }
@@ -177,7 +183,7 @@ static inline void find_entry(packet *p, vm on)
     vi axis = i_set(-1);
 
     for (int i = 0; i < 3; i++) {
-        const vf mm = v_plane_mm(p, i, i_pick(p->forward[i], p->q[i], p->q[i] + 1));
+        const vf mm = v_plane_mm(p, i, i_pick(p->ray.forward[i], p->q[i], p->q[i] + 1));
         const vm later = m_without(f_at_most(t, mm), p->parallel[i]);
 
         t = f_pick(later, mm, t);
@@ -200,12 +206,12 @@ static inline void leave_ball(packet *p, vi far, vm leaps, vm on)
     vm beyond;
 
     for (int i = 0; i < 3; i++) {
-        const vf at = p->origin[i] + p->direction[i] * p->t - f_of(p->q[i]);
+        const vf at = p->ray.origin[i] + p->ray.direction[i] * p->t - f_of(p->q[i]);
 
-        way -= f_pick(p->parallel[i], f_set(0), f_pick(p->forward[i], at, 1 - at));
+        way -= f_pick(p->parallel[i], f_set(0), f_pick(p->ray.forward[i], at, 1 - at));
     }
-    reach = p->t + way * p->mm_per_city_block;
-    reach = f_pick(f_below(p->end, reach), p->end, reach);
+    reach = p->t + way * p->ray.mm_per_city_block;
+    reach = f_pick(f_below(p->stretch.end, reach), p->stretch.end, reach);
     leave_cell(p, on);
     leaps = m_and(leaps, f_below(p->t, reach));
     if (!m_any(leaps))
@@ -235,7 +241,7 @@ static inline void leave_ball(packet *p, vi far, vm leaps, vm on)
  * empty space. */
 static inline void step(packet *p)
 {
-    const vm seek = m_and(p->walking, f_below(p->t, p->end));
+    const vm seek = m_and(p->walking, f_below(p->t, p->stretch.end));
     const v_empty e = v_look(p->m, p->q, &p->place, seek);
 
     p->counters.cell_visits += m_count(m_without(seek, e.leaps));

@@ -20,12 +20,7 @@ typedef struct packet {
     sc_way *ways; /* NULL: rays go to their ends at once */
     vf limit_mm;  /* with ways: rays stop before what is not nearer to the eye than this */
     v_radiance light;
-    vf origin[3], direction[3], inverse[3], eye[3], base_mm; /* of sc_ray; inverse: 1 / direction,
-                                                                eye: sc_ray.toward_eye */
-    vf mm_per_city_block; /* way by which the city-block distance from its begin grows by 1 */
-    vf ends_below;        /* the transmittance below which the rays end */
-    vm seeks;             /* of rays with ends_below */
-    vm forward[3];        /* the coordinate grows along the ray, or does not change */
+    v_ray ray;
     vi k, last;           /* the present sample, and the end of the part of the ray */
     vi kept;              /* the clip sets kept from k to last, as bits */
     vi nearest, farthest; /* the first sample within the box of the march, the first one beyond */
@@ -54,7 +49,7 @@ static inline void v_vertex(const packet *p, vi k, vi out[3])
     const vf t = v_distance(p, k);
 
     for (int i = 0; i < 3; i++)
-        out[i] = i_of(p->origin[i] + p->direction[i] * t);
+        out[i] = i_of(p->ray.origin[i] + p->ray.direction[i] * t);
 }
 
 /* The lanes in which the vertex @p other lies outside of the empty space @p e around @p at. */
@@ -82,8 +77,8 @@ static inline vf v_leaves_box(const packet *p, const vi at[3], const v_empty *e)
     vf t = f_set(SC_NEVER_MM);
 
     for (int i = 0; i < 3; i++) {
-        const vi plane = (at[i] & e->mask) + i_pick(p->forward[i], e->ahead, e->back);
-        const vf mm = (f_of(plane) - p->origin[i]) * p->inverse[i];
+        const vi plane = (at[i] & e->mask) + i_pick(p->ray.forward[i], e->ahead, e->back);
+        const vf mm = (f_of(plane) - p->ray.origin[i]) * p->ray.inverse[i];
 
         t = f_pick(f_below(mm, t), mm, t);
     }
@@ -99,12 +94,12 @@ static inline vf v_leaves_ball(const packet *p, const vi at[3], const v_empty *e
     vf way = f_of(e->ahead);
 
     for (int i = 0; i < 3; i++) {
-        const vf within = p->origin[i] + p->direction[i] * t - f_of(at[i]);
-        const vm stays = f_equal(p->inverse[i], f_set(SC_NEVER_MM));
+        const vf within = p->ray.origin[i] + p->ray.direction[i] * t - f_of(at[i]);
+        const vm stays = f_equal(p->ray.inverse[i], f_set(SC_NEVER_MM));
 
-        way -= f_pick(stays, f_set(0), f_pick(p->forward[i], within, 1 - within));
+        way -= f_pick(stays, f_set(0), f_pick(p->ray.forward[i], within, 1 - within));
     }
-    return t + way * p->mm_per_city_block;
+    return t + way * p->ray.mm_per_city_block;
 }
 
 /* @return a sample beyond the empty space @p e around the vertex @p at (of v_vertex of sample
@@ -166,7 +161,7 @@ static void find_next(packet p[PACKETS])
     bool first, second;
 
     for (int k = 0; k < PACKETS; k++) {
-        p[k].walking = m_and(p[k].alive, f_at_most(p[k].ends_below, p[k].light.transmittance));
+        p[k].walking = m_and(p[k].alive, f_at_most(p[k].ray.ends_below, p[k].light.transmittance));
         p[k].found = m_none();
     }
     first = walk_on(&p[0]);
@@ -241,16 +236,16 @@ static inline vf v_boundary_alpha(const sc_march *m, vi label, vi near, vm on)
 static void add_interior(packet *p, vi label, vm on)
 {
     const vf alpha = v_tissue_floats(p->m, label, offsetof(sc_march_tissue, interior_alpha), on);
-    v_spot spot = {.depth_mm = p->base_mm + v_distance(p, p->k)};
+    v_spot spot = {.depth_mm = p->ray.base_mm + v_distance(p, p->k)};
     vf rgb[3];
 
     for (int i = 0; i < 3; i++) {
         rgb[i] = v_tissue_floats(p->m, label,
                                  offsetof(sc_march_tissue, rgb) + (size_t)i * sizeof(float), on);
-        spot.normal[i] = p->eye[i];
+        spot.normal[i] = p->ray.eye[i];
     }
-    v_remember_surface(&p->light, label, alpha, &spot, p->seeks, m_and(on, p->seeks));
-    v_blend(&p->light, rgb, alpha, p->seeks, on);
+    v_remember_surface(&p->light, label, alpha, &spot, p->ray.seeks, m_and(on, p->ray.seeks));
+    v_blend(&p->light, rgb, alpha, p->ray.seeks, on);
 }
 
 /* See sc_voxel_normal: the normals of boundary voxels, to @p n. */
@@ -289,13 +284,13 @@ static void v_add_boundary(packet *p, vi label, const vf at[3], vi near, vm on)
     vi voxel[3];
 
     for (int i = 0; i < 3; i++) {
-        spot.eye[i] = p->eye[i];
+        spot.eye[i] = p->ray.eye[i];
         spot.point[i] = at[i] - 0.5f;
         voxel[i] = i_of(at[i]) - 1;
     }
-    v_voxel_normal(p->m, v_voxel_record(p->m->volume, voxel, on), voxel, p->eye, spot.normal);
-    v_face_eye(p->eye, spot.normal);
-    spot.depth_mm = p->base_mm + v_distance(p, p->k);
+    v_voxel_normal(p->m, v_voxel_record(p->m->volume, voxel, on), voxel, p->ray.eye, spot.normal);
+    v_face_eye(p->ray.eye, spot.normal);
+    spot.depth_mm = p->ray.base_mm + v_distance(p, p->k);
     spot.rim = f_set(0);
     spot.has_around = m_of_bits(0);
     for (int i = 0; i < 3; i++)
@@ -303,8 +298,8 @@ static void v_add_boundary(packet *p, vi label, const vf at[3], vi near, vm on)
     alpha = v_boundary_alpha(p->m, label, near, on);
     v_light_spot(p->m, &spot, on);
     v_light(p->m, label, &spot, on, rgb);
-    v_remember_surface(&p->light, label, alpha, &spot, p->seeks, on);
-    v_blend(&p->light, rgb, alpha, p->seeks, on);
+    v_remember_surface(&p->light, label, alpha, &spot, p->ray.seeks, on);
+    v_blend(&p->light, rgb, alpha, p->ray.seeks, on);
 }
 
 /* Stop the rays of the lanes of @p on before their present samples. */
@@ -329,14 +324,14 @@ static void add_samples(packet *p, vm on)
     vm boundary;
 
     for (int i = 0; i < 3; i++) {
-        at[i] = p->origin[i] + p->direction[i] * t;
+        at[i] = p->ray.origin[i] + p->ray.direction[i] * t;
         voxel[i] = i_of(at[i]) - 1;
     }
     label = v_label_at(p->m->volume, voxel, on);
     bytes = v_tissue_bytes(p->m, label, on);
     on = v_in_kept_set(bytes, p->kept, v_shows(bytes, SC_SHOW_BOUNDARY | SC_SHOW_INTERIOR, on));
     if (p->ways) {
-        const vm passed = v_pass(p->ways, p->base_mm + t, &p->limit_mm, on);
+        const vm passed = v_pass(p->ways, p->ray.base_mm + t, &p->limit_mm, on);
 
         stop_rays(p, m_without(on, passed));
         on = passed;
@@ -390,7 +385,7 @@ static void begin_parts(packet *p, vm on)
         const bool goes_on = way && way->walks;
         int k, last;
 
-        if (p->light.transmittance[lane] < p->ends_below[lane] ||
+        if (p->light.transmittance[lane] < p->ray.ends_below[lane] ||
             !next_part(ray, p->last_end[lane], &k, &last))
             continue;
         if (way) {
@@ -433,28 +428,17 @@ static void start_packet(packet *p, const sc_ray *rays, sc_way *ways, const sc_r
         p->limit_mm = v_begin_ways(ways, count, all);
         v_radiance_read(&p->light, light, count);
     }
+    v_load_rays(p->m, rays, all, &p->ray);
     for (int i = 0; i < 3; i++) {
-        const size_t at = sizeof(float) * (size_t)i;
-
-        p->origin[i] = v_ray_floats(p->rays, offsetof(sc_ray, origin) + at, all);
-        p->direction[i] = v_ray_floats(p->rays, offsetof(sc_ray, direction) + at, all);
-        p->eye[i] = v_ray_floats(p->rays, offsetof(sc_ray, toward_eye) + at, all);
-    }
-    p->base_mm = v_ray_floats(p->rays, offsetof(sc_ray, base_mm), all);
-    p->ends_below = v_ray_floats(p->rays, offsetof(sc_ray, ends_below), all);
-    p->seeks = f_below(f_set(0), p->ends_below);
-    p->ends_below = f_pick(f_below(p->ends_below, f_set(p->m->opaque_below)),
-                           f_set(p->m->opaque_below), p->ends_below);
-    for (int i = 0; i < 3; i++) {
-        const vf d = p->direction[i];
+        const vf d = p->ray.direction[i];
         const vm parallel = m_and(f_below(f_set(-SC_PARALLEL), d), f_below(d, f_set(SC_PARALLEL)));
 
-        p->inverse[i] = f_pick(parallel, f_set(SC_NEVER_MM), 1 / d);
-        p->forward[i] = m_or(parallel, f_below(f_set(0), d));
+        p->ray.inverse[i] = f_pick(parallel, f_set(SC_NEVER_MM), 1 / d);
+        p->ray.forward[i] = m_or(parallel, f_below(f_set(0), d));
     }
-    p->mm_per_city_block =
-        1 / (f_abs(p->direction[0]) + f_abs(p->direction[1]) + f_abs(p->direction[2]));
-    v_clip_to_box(p->m, p->origin, p->inverse, 0.5f, &near, &far);
+    p->ray.mm_per_city_block =
+        1 / (f_abs(p->ray.direction[0]) + f_abs(p->ray.direction[1]) + f_abs(p->ray.direction[2]));
+    v_clip_to_box(p->m, p->ray.origin, p->ray.inverse, 0.5f, &near, &far);
     p->nearest = i_ceil(near / p->m->step_mm - 0.5f);
     p->farthest = i_pick(f_below(near, far), i_ceil(far / p->m->step_mm - 0.5f), p->nearest);
     for (int lane = 0; lane < LANES; lane++)

@@ -132,6 +132,33 @@ static inline vf v_ray_floats(const sc_ray *rays, size_t offset, vm on)
     return f_gather(rays, at + (int32_t)offset, on);
 }
 
+/* The rays of a packet: members of sc_ray, and what a template derives from them. */
+typedef struct v_ray {
+    vf origin[3], direction[3], eye[3], base_mm; /* eye: sc_ray.toward_eye */
+    vf ends_below;                               /* the transmittance below which the rays end */
+    vm seeks;             /* those that look for the surface at which they do: see sc_ray */
+    vf inverse[3];        /* 1 / direction */
+    vm forward[3];        /* the coordinate grows along the ray, or does not change */
+    vf mm_per_city_block; /* way by which the city-block distance from its begin grows by 1 */
+} v_ray;
+
+/* Load rays, but for what is derived. */
+static inline void v_load_rays(const sc_march *m, const sc_ray *rays, vm on, v_ray *out)
+{
+    for (int i = 0; i < 3; i++) {
+        const size_t at = sizeof(float) * (size_t)i;
+
+        out->origin[i] = v_ray_floats(rays, offsetof(sc_ray, origin) + at, on);
+        out->direction[i] = v_ray_floats(rays, offsetof(sc_ray, direction) + at, on);
+        out->eye[i] = v_ray_floats(rays, offsetof(sc_ray, toward_eye) + at, on);
+    }
+    out->base_mm = v_ray_floats(rays, offsetof(sc_ray, base_mm), on);
+    out->ends_below = v_ray_floats(rays, offsetof(sc_ray, ends_below), on);
+    out->seeks = f_below(f_set(0), out->ends_below);
+    out->ends_below = f_pick(f_below(out->ends_below, f_set(m->opaque_below)),
+                             f_set(m->opaque_below), out->ends_below);
+}
+
 /* The 32 bits at @p offset of ways[lane] in each lane; 0 in lanes outside of @p on. */
 static inline vi v_way_word(const sc_way *ways, size_t offset, vm on)
 {
