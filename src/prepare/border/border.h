@@ -111,7 +111,7 @@ typedef struct sc_borders {
                      lie at fixed places of the patient */
     size_t cube_count;
     sc_cube *around; /* [cube_count] */
-    sc_sub_cubes sub_cubes;
+    sc_sub_cubes subs;
     uint32_t *start; /* [cube_count + 1]: number of the block's first tile */
     sc_tiles tiles;
     int8_t (*squares)[SC_TILE_VOXELS]; /* squared distance to the other side, with the sign of the

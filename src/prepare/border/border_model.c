@@ -5,22 +5,12 @@
 /* Free the arrays of the fields. */
 static void clear_borders(sc_borders *b)
 {
-    void *const arrays[] = {b->around,
-                            b->sub_cubes.lists,
-                            b->sub_cubes.blocks,
-                            b->start,
-                            b->tiles.labels,
-                            b->tiles.cube_of,
-                            b->tiles.beside,
-                            b->squares,
-                            b->fine,
-                            b->value,
-                            b->still,
-                            b->coarse,
-                            b->quarters.wide,
-                            b->quarters.missing,
-                            b->quarters.area,
-                            b->strengths};
+    const sc_tiles *t = &b->tiles;
+    const sc_quarters *q = &b->quarters;
+    void *const arrays[] = {b->around, b->subs.lists, b->subs.blocks, b->start,
+                            t->labels, t->cube_of,    t->beside,      b->squares,
+                            b->fine,   b->value,      b->still,       b->coarse,
+                            q->wide,   q->missing,    q->area,        b->strengths};
 
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++)
         sc_team_free(b->p->team, arrays[i]);
@@ -51,8 +41,8 @@ sc_status sc_smooth_borders(const sc_ctx *ctx, sc_preparation *p)
     }
     sc_smooth_voxels(ctx, &b);
     drop((void **)&b.value, p);
-    drop((void **)&b.sub_cubes.lists, p);
-    drop((void **)&b.sub_cubes.blocks, p);
+    drop((void **)&b.subs.lists, p);
+    drop((void **)&b.subs.blocks, p);
     if (sc_is_smoothed(p))
         sc_keep_volume_of_voxels(ctx, &b);
     sc_keep_links(ctx, &b);

@@ -88,13 +88,13 @@ static void find_blocks(void *user, size_t begin, size_t end, int thread)
     for (size_t sub = begin; sub < end; sub++) {
         int low[3];
 
-        sc_brick_at(b->sub_cubes.size, sub, low);
+        sc_brick_at(b->subs.size, sub, low);
         for (int i = 0; i < 3; i++)
             low[i] = low[i] * SUB - b->phase[i];
-        if (b->sub_cubes.lists[sub].count == 1)
-            b->sub_cubes.blocks[sub][0] = b->sub_cubes.lists[sub].ids[0];
+        if (b->subs.lists[sub].count == 1)
+            b->subs.blocks[sub][0] = b->subs.lists[sub].ids[0];
         else
-            find_blocks_in(b->p->volume, low, &b->sub_cubes.lists[sub], b->sub_cubes.blocks[sub]);
+            find_blocks_in(b->p->volume, low, &b->subs.lists[sub], b->subs.blocks[sub]);
     }
 }
 
@@ -105,13 +105,12 @@ static bool is_slender(const sc_borders *b, const int at[3], uint16_t id)
 
     for (int i = 0; i < 3; i++) {
         low[i] = at[i] > NEAR ? at[i] - NEAR : 0;
-        high[i] = at[i] + NEAR < b->sub_cubes.size[i] ? at[i] + NEAR : b->sub_cubes.size[i] - 1;
+        high[i] = at[i] + NEAR < b->subs.size[i] ? at[i] + NEAR : b->subs.size[i] - 1;
     }
     for (int z = low[2]; z <= high[2]; z++) {
         for (int y = low[1]; y <= high[1]; y++) {
             for (int x = low[0]; x <= high[0]; x++) {
-                const uint16_t *found =
-                    b->sub_cubes.blocks[sc_brick_index(b->sub_cubes.size, x, y, z)];
+                const uint16_t *found = b->subs.blocks[sc_brick_index(b->subs.size, x, y, z)];
 
                 if (found[0] == id || found[1] == id || found[1] == SC_NO_LABEL)
                     return false;
@@ -156,10 +155,10 @@ sc_status sc_find_blocks_of_three(const sc_ctx *ctx, sc_borders *b)
 {
     void *block;
 
-    SC_PASS(sc_team_alloc(ctx, b->p->team, sc_brick_count(b->sub_cubes.size),
-                          sizeof *b->sub_cubes.blocks, &block));
-    b->sub_cubes.blocks = block;
-    sc_team_for(b->p->team, sc_brick_count(b->sub_cubes.size), 1024, find_blocks, b);
+    SC_PASS(sc_team_alloc(ctx, b->p->team, sc_brick_count(b->subs.size), sizeof *b->subs.blocks,
+                          &block));
+    b->subs.blocks = block;
+    sc_team_for(b->p->team, sc_brick_count(b->subs.size), 1024, find_blocks, b);
     return SC_OK;
 }
 
@@ -182,12 +181,11 @@ void sc_find_slender(const sc_borders *b, size_t block, uint8_t out[SC_SLENDER_C
 
         for (int i = 0; i < 3; i++) {
             at[i] = cube[i] * PER_CUBE - BEFORE + place[i];
-            within = within && at[i] >= 0 && at[i] < b->sub_cubes.size[i];
+            within = within && at[i] >= 0 && at[i] < b->subs.size[i];
         }
         if (within &&
-            may_be_slender(
-                b, at,
-                &b->sub_cubes.lists[sc_brick_index(b->sub_cubes.size, at[0], at[1], at[2])])) {
+            may_be_slender(b, at,
+                           &b->subs.lists[sc_brick_index(b->subs.size, at[0], at[1], at[2])])) {
             mark_cube(b, at, first, cells);
             any = true;
         }

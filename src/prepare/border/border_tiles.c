@@ -94,12 +94,12 @@ static void list_cubes(void *user, size_t begin, size_t end, int thread)
     const sc_volume *v = f->b->p->volume;
 
     for (size_t i = begin; i < end; i++) {
-        sc_sub_labels *list = &f->b->sub_cubes.lists[i];
+        sc_sub_labels *list = &f->b->subs.lists[i];
         label_set set = {.count = 0};
         bool inside = v->label_bytes == 1;
         int low[3];
 
-        sc_brick_at(f->b->sub_cubes.size, i, low);
+        sc_brick_at(f->b->subs.size, i, low);
         for (int k = 0; k < 3; k++) {
             low[k] = low[k] * SUB - f->b->phase[k];
             inside = inside && low[k] >= 0 && low[k] + SUB <= v->size[k];
@@ -131,13 +131,13 @@ static void labels_around(const finder *f, size_t block, int reach, label_set *s
     for (int i = 0; i < 3; i++) {
         low[i] = at[i] > 0 ? SUB_PER_CUBE * at[i] - reach : 0;
         high[i] = SUB_PER_CUBE * (at[i] + 1) + reach;
-        high[i] = high[i] < f->b->sub_cubes.size[i] ? high[i] : f->b->sub_cubes.size[i];
+        high[i] = high[i] < f->b->subs.size[i] ? high[i] : f->b->subs.size[i];
     }
     for (int z = low[2]; z < high[2]; z++) {
         for (int y = low[1]; y < high[1]; y++) {
             for (int x = low[0]; x < high[0]; x++) {
                 const sc_sub_labels *list =
-                    &f->b->sub_cubes.lists[sc_brick_index(f->b->sub_cubes.size, x, y, z)];
+                    &f->b->subs.lists[sc_brick_index(f->b->subs.size, x, y, z)];
 
                 if (list->count > SUB_LABELS)
                     add_cube(f->b->p->volume,
@@ -281,12 +281,12 @@ sc_status sc_find_tiles(const sc_ctx *ctx, sc_borders *b)
 
         b->phase[i] = phase_of(&b->p->volume->to_ras_mm, i);
         b->cubes[i] = (size + b->phase[i] + SC_CUBE - 1) / SC_CUBE;
-        b->sub_cubes.size[i] = (size + b->phase[i] + SUB - 1) / SUB;
-        cubes *= (size_t)b->sub_cubes.size[i];
+        b->subs.size[i] = (size + b->phase[i] + SUB - 1) / SUB;
+        cubes *= (size_t)b->subs.size[i];
     }
     b->cube_count = sc_brick_count(b->cubes);
-    SC_TRY(sc_team_alloc(ctx, b->p->team, cubes, sizeof *b->sub_cubes.lists, &lists));
-    b->sub_cubes.lists = lists;
+    SC_TRY(sc_team_alloc(ctx, b->p->team, cubes, sizeof *b->subs.lists, &lists));
+    b->subs.lists = lists;
     SC_TRY(sc_team_alloc(ctx, b->p->team, b->cube_count, sizeof *f.counts, &counts));
     f.counts = counts;
     SC_TRY(ALLOCATE(ctx, b, around, b->cube_count));
