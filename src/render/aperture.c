@@ -72,16 +72,14 @@ sc_status sc_lens_samples_make(const sc_ctx *ctx, sc_renderer *r)
 static sc_aim aim_of(const sc_renderer *r, int x, int y, int i)
 {
     const int column = x & (SC_LENS_BLOCK - 1), row = y & (SC_LENS_BLOCK - 1);
-    const sc_lens_sample *sample =
-        &r->room
-             .lens_samples[(row * SC_LENS_BLOCK + column) * r->settings.sampling.lens_samples + i];
+    const int each = r->settings.sampling.lens_samples;
+    const sc_lens_sample *sample = &r->room.lens_samples[(row * SC_LENS_BLOCK + column) * each + i];
     double at[4], lens[3];
 
     for (int c = 0; c < 4; c++)
         at[c] = (sample->at[c] + 0.5) * 0x1p-16;
     sc_cosine_direction(at + 2, lens);
-    return (sc_aim){x + at[0], y + at[1], lens[0], lens[1],
-                    r->settings.sampling.lens_samples * (int)z_order(column, row) + i};
+    return (sc_aim){x + at[0], y + at[1], lens[0], lens[1], each * (int)z_order(column, row) + i};
 }
 
 /* March the rays waiting, add what they bring back to that of their pixels, and empty the queue. */
