@@ -393,8 +393,7 @@ sc_status sc_open_precomputed(const sc_ctx *ctx, const char *path, const sc_read
     SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1,
                         .stored.encoding = SC_ENCODING_SLICES,
-                        .reader.read_slices = sc_chunked_slices,
-                        .reader.release = release};
+                        .reader = {.read_slices = sc_chunked_slices, .release = release}};
     const int directory = open(path, O_RDONLY | O_CLOEXEC | O_DIRECTORY);
     precomputed_reading *r = NULL;
     sc_status status;

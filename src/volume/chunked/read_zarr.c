@@ -332,8 +332,7 @@ sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, const sc_read_choice
     SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1,
                         .stored.encoding = SC_ENCODING_SLICES,
-                        .reader.read_slices = sc_chunked_slices,
-                        .reader.release = release};
+                        .reader = {.read_slices = sc_chunked_slices, .release = release}};
     SC_OWN(sc_zarr_choice_clear) sc_zarr_choice choice = {.array.fd = -1};
     zarr_reading *r;
     sc_status status;

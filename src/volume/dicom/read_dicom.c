@@ -405,9 +405,7 @@ sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, sc_source *out)
     sc_source source = {.slope = 1,
                         .type = SC_VOXEL_UINT16,
                         .stored.encoding = SC_ENCODING_SLICES,
-                        .reader.read_slices = read_slices,
-                        .reader.slices = 1,
-                        .reader.release = release};
+                        .reader = {.read_slices = read_slices, .slices = 1, .release = release}};
 
     SC_PASS(sc_zalloc(ctx, 1, sizeof(volume_file), &source.reader.data));
     SC_PASS(read_header(ctx, path, source.reader.data, &source));

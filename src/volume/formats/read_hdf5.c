@@ -210,8 +210,7 @@ sc_status sc_open_hdf5(const sc_ctx *ctx, const char *path, const sc_read_choice
     SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1,
                         .stored.encoding = SC_ENCODING_SLICES,
-                        .reader.read_slices = read_slices,
-                        .reader.release = release};
+                        .reader = {.read_slices = read_slices, .release = release}};
     SC_OWN(sc_hdf5_end) sc_hdf5_process process = {.out = -1};
     char text[SC_HDF5_TEXT_BYTES + 1];
     hdf5_reading *r;

@@ -451,9 +451,7 @@ sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, sc_source *out)
     SC_OWN(sc_source_clear)
     sc_source source = {.slope = 1,
                         .stored.encoding = SC_ENCODING_SLICES,
-                        .reader.read_slices = read_slice,
-                        .reader.slices = 1,
-                        .reader.release = release};
+                        .reader = {.read_slices = read_slice, .slices = 1, .release = release}};
     tiff_file *file = NULL;
 
     SC_PASS(open_tiff(ctx, path, &file));
