@@ -24,10 +24,10 @@ sc_prepared sc_preparation_view(const sc_preparation *p)
                         .outer = p->outer,
                         .inner = p->inner,
                         .thickness = p->thickness,
-                        .how.smooth = p->smooth,
-                        .how.resampled = p->settings.resampled,
-                        .how.as_drawn = p->settings.as_drawn,
-                        .how.hidden = p->hidden,
+                        .how = {.smooth = p->smooth,
+                                .resampled = p->settings.resampled,
+                                .as_drawn = p->settings.as_drawn,
+                                .hidden = p->hidden},
                         .stored = p->stored};
 
     memcpy(view.size, v->size, sizeof view.size);

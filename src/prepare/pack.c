@@ -517,10 +517,10 @@ sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, s
         .inner = {(const uint64_t *)(base + h.offset[INNER_MASKS]),
                   (const uint32_t *)(base + h.offset[INNER_START]),
                   (const uint32_t *)(base + h.offset[INNER_RECORDS]), h.inner_count},
-        .how.resampled = h.resampled != 0,
-        .how.as_drawn = h.as_drawn != 0,
-        .how.hidden = (const uint8_t *)(base + h.offset[HIDDEN]),
-        .how.smooth = (const sc_vec3 *)(base + h.offset[SMOOTH]),
+        .how = {.resampled = h.resampled != 0,
+                .as_drawn = h.as_drawn != 0,
+                .hidden = (const uint8_t *)(base + h.offset[HIDDEN]),
+                .smooth = (const sc_vec3 *)(base + h.offset[SMOOTH])},
         .stored = stored_in(&h, base),
     };
     if (h.local_thickness)
