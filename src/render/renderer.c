@@ -55,8 +55,7 @@ static void fill_march(sc_renderer *r)
         .occlusion = r->derived.occlusion.filled ? &r->derived.occlusion : NULL,
         .around_share = 1,
         .opaque_below = s->sampling.to_the_end ? 0 : SC_OPAQUE,
-        .cut_faces.are_drawn = s->caps,
-        .cut_faces.outline = (float)(s->cap_outline / 2),
+        .cut_faces = {.are_drawn = s->caps, .outline = (float)(s->cap_outline / 2)},
     };
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++)
