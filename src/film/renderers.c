@@ -117,11 +117,11 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .environment_turn_deg = job->light.environment.turn_deg,
         .local_thickness = (job->render.auto_opacity & SC_OPACITY_LOCAL) != 0,
         .opacity_rule = sc_job_opacity_rule(job),
-        .work.tile_px = job->farm.tile_px,
-        .work.threads = app->threads,
-        .work.give_up = panel->give_up ? panel->give_up : sc_signals_give_up(),
-        .work.comm = comm,
-        .work.folder = sc_temporary_folder(),
+        .work = {.tile_px = job->farm.tile_px,
+                 .threads = app->threads,
+                 .give_up = panel->give_up ? panel->give_up : sc_signals_give_up(),
+                 .comm = comm,
+                 .folder = sc_temporary_folder()},
         .work.lender =
             phase ? panel->renderers[0] : NULL, /* frames are drawn one after the other */
     };
