@@ -75,8 +75,7 @@ static sc_scene slice_scene(const sc_views *v, const struct view *kind, double h
     const double reach = sc_vec3_length(sc_vec3_sub(v->high_mm, v->low_mm)) +
                          sc_vec3_length(sc_vec3_sub(of->point_mm, middle)) + 1;
     const sc_vec3 eye = sc_vec3_along(middle, -reach, kind->forward);
-    sc_scene scene = {.clip.count = 1,
-                      .clip.set_count = of->clip.set_count,
+    sc_scene scene = {.clip = {.count = 1, .set_count = of->clip.set_count},
                       .slice = true,
                       .fades = of->fades,
                       .colors = of->colors,
