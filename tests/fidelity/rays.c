@@ -107,9 +107,9 @@ static void set_stage(stage *st, sc_surface surface, double reach, double step_m
     st->reach_mm = 0.5 * reach * sc_vec3_length(sc_vec3_sub(high, low));
     st->march = (sc_march){
         .volume = v,
-        .marked.masks = st->cells,
-        .marked.row = sc_framed_row(v->bricks),
-        .marked.layer = sc_framed_layer(v->bricks),
+        .marked = {.masks = st->cells,
+                   .row = sc_framed_row(v->bricks),
+                   .layer = sc_framed_layer(v->bricks)},
         .box_low = {-1.5f, -1.5f, -1.5f},
         .box_high = {(float)v->size[0] + 2.5f, (float)v->size[1] + 2.5f, (float)v->size[2] + 2.5f},
         .tissues = st->tissues,

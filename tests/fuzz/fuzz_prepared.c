@@ -96,8 +96,7 @@ static void draw(const sc_prepared *v, int how)
                                          .skip = skips[how / 2 % 6],
                                          .light = {.ambient = 0.3, .key = 0.6, .occlusion = 0.8},
                                          .local_thickness = v->thickness != NULL,
-                                         .work.tile_px = 8,
-                                         .work.threads = 1};
+                                         .work = {.tile_px = 8, .threads = 1}};
     const sc_tissue_rule rule = {.pattern = "*", .has.opacity = true, .opacity = 0.6};
     sc_animation a = {
         .frames = 8,

@@ -213,8 +213,7 @@ static void start(entry *e, prepared_set *p)
         .sampling.samples = atoi(e->value[SAMPLES]),
         .step_voxels = 0.5,
         .caps = true,
-        .work.tile_px = 32,
-        .work.threads = atoi(e->value[THREADS]),
+        .work = {.tile_px = 32, .threads = atoi(e->value[THREADS])},
     };
     const sc_vec3 *hull;
     size_t count;

@@ -63,8 +63,7 @@ static inline small_scene make_scene(sc_volume volume, double opacity)
             .sampling.everywhere = true,
             .light = {.ambient = 0.36, .key = 0.62, .head = 0.22, .occlusion = 0.8, .edges = 0.5},
             .background = {255, 255, 255},
-            .work.tile_px = 32,
-            .work.threads = 1}};
+            .work = {.tile_px = 32, .threads = 1}}};
     const sc_tissue_rule rule = {.pattern = "*", .has.opacity = true, .opacity = opacity};
 
     sc_transfer_resolve(&s.prepared.view, &rule, 1, SC_OPACITY_PAPER, s.tissues);

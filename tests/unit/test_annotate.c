@@ -39,8 +39,7 @@ static void begin_film(film *f, size_t captions)
     f->scene.camera = sc_camera_look((sc_vec3){0, 400, 0}, (sc_vec3){0, 0, 0}, (sc_vec3){0, 0, 1},
                                      SC_ORTHOGRAPHIC, 90);
     f->annotations = (sc_annotations){.overlays = &f->overlays,
-                                      .lists.captions = f->captions,
-                                      .lists.caption_count = captions,
+                                      .lists = {.captions = f->captions, .caption_count = captions},
                                       .timeline = &f->timeline,
                                       .within = {0, 0, WIDTH, HEIGHT},
                                       .fps = 25};

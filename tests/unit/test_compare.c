@@ -214,8 +214,7 @@ static sc_panel subject_of(sc_label *labels, sc_label_stats *stats, int count)
     return (sc_panel){.volume = {.label_count = count,
                                  .labels = labels,
                                  .stats = stats,
-                                 .how.smooth = smooth,
-                                 .how.hidden = hidden}};
+                                 .how = {.smooth = smooth, .hidden = hidden}}};
 }
 
 TEST(tissues_are_the_same_by_name_or_by_number)

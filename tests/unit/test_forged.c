@@ -139,8 +139,7 @@ static bool use(const forged *file, bool every_way)
                                    .caps = true,
                                    .light = {.ambient = 0.3, .key = 0.6, .occlusion = 0.8},
                                    .local_thickness = true,
-                                   .work.tile_px = 8,
-                                   .work.threads = 1};
+                                   .work = {.tile_px = 8, .threads = 1}};
     const sc_ctx *ctx = listening_anew();
     sc_scene scene = {0};
     sc_prepared v;
@@ -205,8 +204,7 @@ TEST(stored_and_derived_pictures_are_the_same)
             .sampling.samples = 1,
             .step_voxels = 0.5,
             .light = {.ambient = 0.3, .key = 0.6, .occlusion = 0.8},
-            .work.tile_px = 8,
-            .work.threads = 1};
+            .work = {.tile_px = 8, .threads = 1}};
         forged file = prepared_file(wide);
         uint64_t derived_bytes[3], hashes[3];
         float *opacity;

@@ -390,9 +390,9 @@ static sc_radiance trace(const small_scene *s, const uint64_t *cells, float alph
     sc_radiance light;
     const sc_march march = {
         .volume = v,
-        .marked.masks = cells,
-        .marked.row = sc_framed_row(v->bricks),
-        .marked.layer = sc_framed_layer(v->bricks),
+        .marked = {.masks = cells,
+                   .row = sc_framed_row(v->bricks),
+                   .layer = sc_framed_layer(v->bricks)},
         .box_low = {-1.5f, -1.5f, -1.5f},
         .box_high = {(float)v->size[0] + 2.5f, (float)v->size[1] + 2.5f, (float)v->size[2] + 2.5f},
         .tissues = tissues,

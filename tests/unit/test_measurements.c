@@ -30,10 +30,8 @@ static sc_measurement measured(int cell, double wall_s, double cpu_s)
                             .threads = 1,
                             .wall_s = wall_s,
                             .cpu_s = cpu_s,
-                            .draw.most_s = 3,
-                            .draw.mean_s = 2,
-                            .work.rays = 2000000,
-                            .work.samples = 9000000,
+                            .draw = {.most_s = 3, .mean_s = 2},
+                            .work = {.rays = 2000000, .samples = 9000000},
                             .energy_j = -1,
                             .pixels_hash = 0xfedcba9876543210u};
 }
@@ -256,12 +254,9 @@ TEST(core_time_adds_up)
                               .threads = 4,
                               .wall_s = 10,
                               .cpu_s = 60,
-                              .draw.cpu_s = 40,
-                              .draw.mean_s = 7,
+                              .draw = {.cpu_s = 40, .mean_s = 7},
                               .idle_mean_s = 1,
-                              .start.read_s = 0.5,
-                              .start.prepare_s = 1,
-                              .start.cpu_s = 10};
+                              .start = {.read_s = 0.5, .prepare_s = 1, .cpu_s = 10}};
     const sc_core_time frames = sc_measurement_core_time(&m, false);
     const sc_core_time job = sc_measurement_core_time(&m, true);
     sc_rank_record both[2] = {{.threads = 2, .farm_idle_s = 1}, {.threads = 2, .farm_idle_s = 2}};

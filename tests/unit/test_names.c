@@ -101,8 +101,7 @@ static void begin_film(film *f, uint64_t seed)
     f->overlays = (sc_overlays){.font = "DejaVu Sans", .text_percent = 3, .names_percent = 3};
     f->chosen = (sc_named_tissue){.of = SC_USE_NAMES, .pattern = "*"};
     f->annotations = (sc_annotations){.overlays = &f->overlays,
-                                      .lists.tissues = &f->chosen,
-                                      .lists.tissue_count = 1,
+                                      .lists = {.tissues = &f->chosen, .tissue_count = 1},
                                       .volume = &f->volume,
                                       .tissues = f->tissues,
                                       .timeline = &f->timeline,

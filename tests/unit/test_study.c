@@ -92,9 +92,7 @@ static void write_run(int64_t begin_unix_s, int first, int count, const sc_histo
     sc_rank_record ranks[3] = {
         {.threads = 3, .cpu_s = 5, .host = "n1"}, {.host = "a \"b\", c"}, {.host = "n1"}};
     sc_frame_result frames[20];
-    const sc_run_record run = {.platform.version = "1",
-                               .platform.host = "n1",
-                               .platform.mpi = "MPI \xff 1",
+    const sc_run_record run = {.platform = {.version = "1", .host = "n1", .mpi = "MPI \xff 1"},
                                .settings = "{\"render\":{\"samples\":4}}",
                                .id = (uint64_t)begin_unix_s,
                                .ended = count > 0,
@@ -305,8 +303,7 @@ TEST(statistics_are_read_back)
         {.threads = 3, .cpu_s = 5, .farm_idle_s = 1.5, .accept_wall_s = 2, .peak_rss_bytes = 7000},
         {.threads = 2, .cpu_s = 4, .host = "n2", .peak_rss_bytes = 8000}};
     const sc_frame_result frame = {.rank = 1, .render_cpu_s = 2, .rays = 4000000};
-    const sc_run_record run = {.platform.version = "1.2",
-                               .platform.host = "n1",
+    const sc_run_record run = {.platform = {.version = "1.2", .host = "n1"},
                                .ended = true,
                                .job = job,
                                .ranks = 2,
@@ -316,8 +313,7 @@ TEST(statistics_are_read_back)
                                .rank_records = ranks,
                                .frames = &frame,
                                .frame_count = 1,
-                               .memory.volume = 100,
-                               .memory.prepared = 200,
+                               .memory = {.volume = 100, .prepared = 200},
                                .wrote_png = true};
     SC_OWN(sc_run_stats_clear) sc_run_stats stats = {0};
 
@@ -364,8 +360,7 @@ TEST(heat_is_read_back)
                                  "\"height\": 2", "\"height\": 0"};
     sc_rank_record rank = {.threads = 1, .host = "n1"};
     SC_OWN(sc_heat_clear) sc_heat heat = {0};
-    const sc_run_record run = {.platform.version = "1",
-                               .platform.host = "n1",
+    const sc_run_record run = {.platform = {.version = "1", .host = "n1"},
                                .job = job,
                                .ranks = 1,
                                .nodes = 1,
