@@ -96,7 +96,7 @@ typedef struct sc_owned_texts {
     size_t count;
 } sc_owned_texts;
 
-/** The command line as read. Pointers lead into argv, into static text, or into owned[]. NULL:
+/** The command line as read. Pointers lead into argv, into static text, or into owned.all. NULL:
  * not given. */
 typedef struct sc_options {
     const char *input;         /**< the argument: a job, volume, directory, command or key */
