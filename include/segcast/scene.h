@@ -31,7 +31,7 @@ typedef struct sc_rule_given {
 } sc_rule_given;
 
 /** What the user wants of all tissues whose name or number matches a pattern. What the rule leaves
- *  open (has_... is false) stays as it was. */
+ *  open (its member of has is false) stays as it was. */
 typedef struct sc_tissue_rule {
     char pattern[SC_NAME_BYTES]; /**< a name, a glob (* ? [...]), or a label number */
     char where[160];             /**< "file:line" of the rule, for messages; may be empty */
