@@ -36,7 +36,7 @@ typedef struct sc_caption {
     double begin, end;           /**< as of sc_verb; not shown at the end any more */
     int place;                   /**< sc_overlay_place, not SC_PLACE_NONE */
     bool may_be_cut;             /**< where it has no room, its last lines are left out */
-    char where[160];             /**< "file:line" for messages; may be empty */
+    char where[SC_WHERE_BYTES];  /**< "file:line" for messages; may be empty */
 } sc_caption;
 /** @return whether the caption is shown at a time, 0 to 1. */
 bool sc_caption_is_shown(const sc_caption *caption, double at);
@@ -46,7 +46,7 @@ typedef struct sc_card {
     char title[SC_CAPTION_BYTES]; /**< as of sc_caption */
     bool has_subtitle;
     char subtitle[SC_CAPTION_BYTES]; /**< if there is one: below it, and smaller */
-    char where[160];                 /**< "file:line" for messages; may be empty */
+    char where[SC_WHERE_BYTES];      /**< "file:line" for messages; may be empty */
 } sc_card;
 
 /** The overlays for which tissues can be chosen. */
@@ -88,9 +88,9 @@ typedef struct sc_overlay_lists {
 
 /** Which overlays a film has. Members that hold an enum are of type int, as in job.h. */
 typedef struct sc_overlays {
-    char font[64];        /**< family */
-    char font_where[160]; /**< "file:line" for messages; may be empty */
-    double text_percent;  /**< font size in percent of the height of the picture */
+    char font[64];                   /**< family */
+    char font_where[SC_WHERE_BYTES]; /**< "file:line" for messages; may be empty */
+    double text_percent;             /**< font size in percent of the height of the picture */
     int time, scale_bar, color_bar, orientation, legend, logo_place; /**< sc_overlay_place */
     char logo[4096];      /**< path of a PNG file; empty: none */
     double logo_percent;  /**< its height in percent of that of the picture */

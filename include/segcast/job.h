@@ -12,7 +12,6 @@
 #include "segcast/render.h"
 #include "segcast/timeline.h"
 
-enum { SC_WHERE_BYTES = 192 }; /**< of "file:line: key" for messages, which is cut to fit */
 /** Longest path in a job, terminator included, the most frames of an animation, and the most phases
  * of a beat. */
 enum { SC_PATH_BYTES = 4096, SC_JOB_FRAMES_MAX = 1000000, SC_PHASES_MAX = 1000 };
@@ -107,7 +106,7 @@ typedef struct sc_volume_tissue {
     char pattern[SC_NAME_BYTES]; /**< as sc_tissue_rule.pattern */
     char into[SC_NAME_BYTES];    /**< name of the tissue that it becomes a part of; empty: it is
                                       kept, and what no pattern keeps is left out */
-    char where[160];             /**< "file:line" for messages; may be empty */
+    char where[SC_WHERE_BYTES];  /**< "file:line" for messages; may be empty */
 } sc_volume_tissue;
 
 /** Which part of the volume a job reads and draws. */
@@ -128,7 +127,7 @@ typedef struct sc_subject {
     char image[SC_PATH_BYTES];  /**< its grey volume; empty: that of the job; "none": it has none */
     bool has_name;
     char name[SC_CAPTION_BYTES]; /**< as sc_caption.text, if has_name */
-    char where[160];             /**< "file:line" for messages; may be empty */
+    char where[SC_WHERE_BYTES];  /**< "file:line" for messages; may be empty */
 } sc_subject;
 /** Where subjects stand: all with the middle of what is shown of them in one point, or as their
  * files place them. */
@@ -140,7 +139,7 @@ typedef struct sc_comparison {
     int count;
     bool has_name;
     char name[SC_CAPTION_BYTES]; /**< of the first subject, if has_name */
-    char where[160];             /**< of the comparison, for messages */
+    char where[SC_WHERE_BYTES];  /**< of the comparison, for messages */
     int align;                   /**< sc_align */
     bool has_divider;            /**< both subjects fill the picture, one beside the other */
     double divider; /**< where the first ends, as a share of the width of the picture, 0 to 1 */
@@ -158,7 +157,7 @@ typedef struct sc_cine_options {
     sc_cine cine;
     char phases[256]; /**< a list of phases, written like one of frames; empty once a job is loaded
                            whose phases are files */
-    char where[160];  /**< "file:line" of the series, for messages; may be empty */
+    char where[SC_WHERE_BYTES]; /**< "file:line" of the series, for messages; may be empty */
 } sc_cine_options;
 
 /** The grey volume of a job. */
@@ -308,8 +307,8 @@ typedef struct sc_shot {
     sc_length fade_out;
     bool has_card; /**< it shows the card, and no volume */
     sc_card card;
-    sc_shot_span span; /**< placed in the film */
-    char where[160];   /**< "file:line" for messages; may be empty */
+    sc_shot_span span;          /**< placed in the film */
+    char where[SC_WHERE_BYTES]; /**< "file:line" for messages; may be empty */
 } sc_shot;
 
 /* ---- times ---- */

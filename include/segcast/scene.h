@@ -9,6 +9,8 @@
 #include "segcast/grey.h"
 #include "segcast/prepare.h"
 
+enum { SC_WHERE_BYTES = 192 }; /**< of "file:line: key" for messages, which is cut to fit */
+
 /* ---- transfer function (paper, section 2.1) ---- */
 
 /** How a surface reflects light; all are at least 0. */
@@ -34,7 +36,7 @@ typedef struct sc_rule_given {
  *  open (its member of has is false) stays as it was. */
 typedef struct sc_tissue_rule {
     char pattern[SC_NAME_BYTES]; /**< a name, a glob (* ? [...]), or a label number */
-    char where[160];             /**< "file:line" of the rule, for messages; may be empty */
+    char where[SC_WHERE_BYTES];  /**< "file:line" of the rule, for messages; may be empty */
     sc_rule_given has;
     bool visible;
     bool opacity_auto; /**< the opacity follows the measured thickness; opacity is not read */
@@ -249,7 +251,7 @@ typedef struct sc_clip_exception {
     int span; /**< index of the key frame of the exceptions of the plane: it holds from there to the
                    next; 0 if they have none */
     char pattern[SC_NAME_BYTES]; /**< as sc_tissue_rule.pattern */
-    char where[160];             /**< "file:line" for messages; may be empty */
+    char where[SC_WHERE_BYTES];  /**< "file:line" for messages; may be empty */
 } sc_clip_exception;
 
 /** Which clip planes cut the tissues of a clip set, and when. */

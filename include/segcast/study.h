@@ -137,7 +137,7 @@ void sc_heat_clear(sc_heat *heat);
 
 /* ---- this run ---- */
 
-/** What a run is done by. All texts are borrowed. */
+/** The program and the machine of a run. All texts are borrowed. */
 typedef struct sc_run_platform {
     const char *version, *host; /**< version of segcast; host of rank 0 */
     /** The commit of segcast, the processor of rank 0, the kernel variant, the MPI library with its

@@ -43,18 +43,18 @@ typedef struct sc_study_axis {
 /** A study. Members that hold an enum are of type int, as in sc_job. */
 typedef struct sc_study {
     char title[256];
-    char job[SC_PATH_BYTES]; /**< the job file; empty: there are settings only */
-    sc_study_settings set;   /**< what holds for all cells */
-    sc_study_axis *axes;     /**< [axis_count], owned */
-    int axis_count;          /**< 0: the study has one cell */
-    char job_where[160];     /**< "file:line" of it, for messages; may be empty */
-    int measure;             /**< sc_study_subject */
-    int metric;              /**< sc_study_metric */
-    char frames[256];        /**< a list for sc_frames_parse, or empty: four of the animation */
-    double precision;        /**< half the confidence interval of the median, of the median */
-    int least, most;         /**< measurements of each cell */
-    double budget_s;         /**< for the whole study */
-    int seed;                /**< of the random order */
+    char job[SC_PATH_BYTES];        /**< the job file; empty: there are settings only */
+    sc_study_settings set;          /**< what holds for all cells */
+    sc_study_axis *axes;            /**< [axis_count], owned */
+    int axis_count;                 /**< 0: the study has one cell */
+    char job_where[SC_WHERE_BYTES]; /**< "file:line" of it, for messages; may be empty */
+    int measure;                    /**< sc_study_subject */
+    int metric;                     /**< sc_study_metric */
+    char frames[256]; /**< a list for sc_frames_parse, or empty: four of the animation */
+    double precision; /**< half the confidence interval of the median, of the median */
+    int least, most;  /**< measurements of each cell */
+    double budget_s;  /**< for the whole study */
+    int seed;         /**< of the random order */
 } sc_study;
 
 /** Read and check a study file. Paths in it become relative to the working directory, as those of

@@ -91,7 +91,7 @@ typedef struct sc_optics {
     sc_vec3 half_mm;             /**< in a timeline: half the edges of the box around that, RAS */
     int tissue;                  /**< of SC_FOCUS_TISSUE, in a timeline: a dense id */
     char pattern[SC_NAME_BYTES]; /**< of SC_FOCUS_TISSUE: as sc_tissue_rule.pattern */
-    char where[160];             /**< "file:line" for messages; may be empty */
+    char where[SC_WHERE_BYTES];  /**< "file:line" for messages; may be empty */
 } sc_optics;
 
 /** Key frames of a camera; those that have any replace the member of sc_orbit of that name. */
@@ -269,14 +269,14 @@ typedef struct sc_verb {
                                         swings to each side, up and down */
     int plane;                       /**< turn: the number of the clip plane, from 1 */
     bool together;                   /**< explode: the tissues move as one */
-    sc_verb_line line;    /**< turn: about which the plane turns; explode: of whose direction only
-                               one is used, along which, or the point from which, tissues move */
+    sc_verb_line line;    /**< turn: the line about which the plane turns; explode: tissues move
+                               along its axis, or away from its point; one of them is given */
     sc_plane_position by; /**< explode: how far, in mm, or in percent of the distance of a tissue's
                                middle from that point */
     double soft; /**< hold, 0 to 0.5: share of the time in which the camera comes to rest, and in
                       which it starts again */
     sc_fly fly;
-    char where[160]; /**< "file:line" for messages; may be empty */
+    char where[SC_WHERE_BYTES]; /**< "file:line" for messages; may be empty */
 } sc_verb;
 
 /** A place on the way of a camera that flies, and how it looks from there. */
@@ -307,7 +307,7 @@ typedef struct sc_move {
 typedef struct sc_named_tissue {
     int of;                      /**< for what: the index of a verb, or an sc_tissue_use */
     char pattern[SC_NAME_BYTES]; /**< as sc_tissue_rule.pattern */
-    char where[160];             /**< "file:line" for messages; may be empty */
+    char where[SC_WHERE_BYTES];  /**< "file:line" for messages; may be empty */
 } sc_named_tissue;
 
 /** The verbs of an animation with their tissues, and the key frames of tissues. Borrows all. */

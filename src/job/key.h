@@ -396,7 +396,7 @@ void sc_note_where(const sc_yaml *node, char *where, size_t size);
 /* Read the name of a tissue, a glob or the number of a label, and where it stands.
  * @return as sc_wrong_type if @p item is no such text, or an empty one. */
 sc_status sc_read_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *item,
-                         char pattern[SC_NAME_BYTES], char where[160]);
+                         char pattern[SC_NAME_BYTES], char where[SC_WHERE_BYTES]);
 /* Append a tissue or a list of tissues to *list [*count], all named for @p of. @return the first
  * mistake; all are logged. */
 sc_status sc_read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, int of,

@@ -283,12 +283,12 @@ sc_status sc_write_quoted(const sc_ctx *ctx, const char *value, sc_text *text)
 }
 
 sc_status sc_read_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *item,
-                         char pattern[SC_NAME_BYTES], char where[160])
+                         char pattern[SC_NAME_BYTES], char where[SC_WHERE_BYTES])
 {
     if (item->kind != SC_YAML_SCALAR || !item->text[0] || strlen(item->text) >= SC_NAME_BYTES)
         return sc_wrong_type(ctx, item, key->type->expected);
     strcpy(pattern, item->text);
-    sc_note_where(item, where, 160);
+    sc_note_where(item, where, SC_WHERE_BYTES);
     return SC_OK;
 }
 
