@@ -766,8 +766,9 @@ static void parse_statistics(const parser *p, int n)
           file);
     for (int i = 0; i < n; i++)
         fprintf(file,
-                "%s{\"id\": \"%016x\", \"begin\": \"2026\", \"host\": \"a\", \"ranks\": 1, "
-                "\"threads\": 1, \"nodes\": 1, \"wall_s\": 1, \"cpu_s\": 1, \"frames\": 1}",
+                "%s{\"id\": \"%016x\", \"ended\": true, \"hosts\": [\"a\"], \"ranks\": 1, "
+                "\"nodes\": 1, "
+                "\"threads\": 1, \"wall_s\": 1, \"cpu_s\": 1, \"farm_wall_s\": 1, \"frames\": 1}",
                 i ? "," : "", i * 7919 % n);
     fputs("], \"frames\": [", file);
     for (int i = 0; i < n; i++)
