@@ -38,7 +38,7 @@ void sc_job_keep_tissues(sc_job *job, sc_tissue_use use)
     while (first + count < job->overlay_lists.tissue_count &&
            job->overlay_lists.tissues[first + count].of == (int)use)
         count++;
-    job->overlay_lists.tissues += first;
+    job->overlay_lists.tissues = count ? job->overlay_lists.tissues + first : NULL;
     job->overlay_lists.tissue_count = count;
 }
 
