@@ -96,11 +96,11 @@ static void measure_columns(const distances *d, const label_box *box, int z, flo
         out[x] = NO_BORDER;
     for (int y = box->low[1] + 1; y <= box->high[1]; y++) {
         const uint16_t *before = ids_of(d, box, z, y - 1);
-        float *row = out + (size_t)(y - box->low[1]) * nx;
+        float *row = out + (size_t)(y - box->low[1]) * nx, *last = row - nx;
 
         ids = ids_of(d, box, z, y);
         for (size_t x = 0; x < nx; x++)
-            row[x] = (ids[x] == box->id) == (before[x] == box->id) ? row[x - nx] + 1 : 1;
+            row[x] = (ids[x] == box->id) == (before[x] == box->id) ? last[x] + 1 : 1;
     }
     for (int y = box->high[1] - 1; y >= box->low[1]; y--) {
         const uint16_t *behind = ids_of(d, box, z, y + 1);
