@@ -66,8 +66,8 @@ static void mix_bricks(void *user, size_t begin, size_t end, int thread)
 {
     const sc_renderer *r = user;
     const sc_fades *fades = &r->fades;
-    const uint8_t *base = fades->base[begin];
-    uint8_t *to = fades->mixed[begin];
+    const uint8_t *base = (const uint8_t *)(fades->base + begin);
+    uint8_t *to = (uint8_t *)(fades->mixed + begin);
     const size_t count = 2 * (end - begin);
     enum { CHUNK = 1024 };
     int32_t sum[CHUNK];
@@ -78,7 +78,7 @@ static void mix_bricks(void *user, size_t begin, size_t end, int thread)
         for (size_t i = 0; i < n; i++)
             sum[i] = base[at + i] * WHOLE + WHOLE / 2;
         for (int g = 0; g < fades->groups; g++) {
-            const uint8_t *less = fades->filled[g][begin] + at;
+            const uint8_t *less = (const uint8_t *)(fades->filled[g] + begin) + at;
             const int32_t weight = fades->mixed_weights[g];
 
             for (size_t i = 0; i < n && weight; i++)
