@@ -10,12 +10,12 @@
 #include <jansson.h>
 #include <time.h>
 
-/* How measurements and runs of studies stand in their file. */
+/* The members of measurements and of runs that a study writes to its file. */
 extern const sc_json_row sc_measurement_rows[], sc_study_run_rows[];
 /* How runs stand in stats.json, but for their hosts and what they were made from; and frames:
  * first what is known of each, then what was measured. */
 extern const sc_json_row sc_run_entry_rows[], sc_frame_rows[], sc_measured_rows[];
-/* How sc_run_record has the memory of a run. */
+/* The members of sc_run_record that tell of memory. */
 extern const sc_json_row sc_memory_rows[];
 
 /* The name of the format of stats.json. */

@@ -195,7 +195,7 @@ static json_t *rank_hosts_json(const sc_run_entry *run)
     return places;
 }
 
-/* What stands of a run in `runs`, and of the last one also above. */
+/* The keys of a run in `runs`; those of the last one stand at the top, too. */
 static json_t *known_json(const sc_run_entry *run)
 {
     return sc_json_with_key(sc_json_of_rows(sc_run_entry_rows, run), "hosts", hosts_json(run));
