@@ -68,7 +68,7 @@ typedef struct sc_work {
 /** Gathered GOPs of which an encoder each has one at a time. */
 typedef struct sc_gop_group {
     int first, gops; /**< its first GOP (from 0) and number of GOPs */
-    int begun;       /**< index of its first frame */
+    int first_frame; /**< index of it */
     bool is_odd;     /**< it is the first, third, fifth and so on */
 } sc_gop_group;
 
@@ -92,7 +92,7 @@ typedef struct sc_handout {
     bool stopped; /**< the caller sets it to end: no more GOPs and frames are begun */
     /* gathered GOPs */
     int encoders; /**< wanted for the next group; the caller may change it as it learns of costs */
-    sc_gop_group group; /**< the one that is handed out */
+    sc_gop_group group; /**< whose frames are being handed out */
     /** The largest window of gathered frames, and the smallest, if there are few encoders. */
     int gather_window, gather_window_least;
     int gather_split_from;                /**< gathered frames from this index on go out in bands */

@@ -126,7 +126,7 @@ static bool may_hand_frame(const sc_handout *h)
 /* @return the index of the frame with which the next group of gathered GOPs begins. */
 static int group_end(const sc_handout *h)
 {
-    return h->group.begun + h->group.gops * h->work.gop_frames;
+    return h->group.first_frame + h->group.gops * h->work.gop_frames;
 }
 
 /* @return the size of the window of gathered GOPs for the present group: as many frames as one rank
@@ -145,7 +145,7 @@ static bool may_gather(const sc_handout *h)
     if (h->next_gathered_row > 0)
         return true;
     return !h->stopped && !has_gathered_all(h) && h->next_gathered < h->taken + gather_window(h) &&
-           (h->next_gathered < group_end(h) || h->taken >= h->group.begun + h->group.gops);
+           (h->next_gathered < group_end(h) || h->taken >= h->group.first_frame + h->group.gops);
 }
 
 /* Hand out the frame *next, or, if it is split, its next band, from *row on, of @p band_rows rows.
@@ -216,7 +216,7 @@ static sc_work_unit gather(sc_handout *h)
 
     if (h->next_gathered_row == 0 && h->next_gathered == group_end(h))
         begin_group(h);
-    at = h->next_gathered - h->group.begun;
+    at = h->next_gathered - h->group.first_frame;
     unit =
         cut(h, h->gather_split_from, gather_band_rows(h), &h->next_gathered, &h->next_gathered_row);
     unit.encoder = encoder_of(h, at % h->group.gops);
