@@ -307,7 +307,7 @@ typedef struct sc_shot {
     sc_length fade_out;
     bool has_card; /**< it shows the card, and no volume */
     sc_card card;
-    sc_shot_span span;          /**< placed in the film */
+    sc_shot_span span;          /**< when in the film it is shown */
     char where[SC_WHERE_BYTES]; /**< "file:line" for messages; may be empty */
 } sc_shot;
 

@@ -32,7 +32,7 @@ typedef enum sc_json_kind {
     SC_JSON_HASH,    /**< uint64_t as 16 hexadecimal digits */
     SC_JSON_TEXT,    /**< char[bytes]; null: empty */
 } sc_json_kind;
-/** A member of a struct that stands in JSON: writing and reading walk one list of them. */
+/** How a member of a struct is written to JSON and read from it: both use the same list. */
 typedef struct sc_json_row {
     const char *key; /**< NULL ends a list */
     sc_json_kind kind;

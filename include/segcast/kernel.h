@@ -158,8 +158,8 @@ typedef struct sc_backdrop_light {
  * by less than a quarter of a level of 8 bits, and is not blended. */
 #define SC_OPAQUE (1.0f / 1024)
 
-/** The voxels or cells in which something can be seen, the marked ones, and ways across all others,
- *  which are empty. Borrowed; not read by SC_SKIP_NONE. */
+/** Which voxels or cells are marked, since something can be seen in them, and how far rays may leap
+ *  where none is. All pointers are borrowed. Kernels of SC_SKIP_NONE do not read it. */
 typedef struct sc_marked {
     const uint64_t *masks; /**< of sc_visible_masks (voxel) or sc_visible_cells (smooth).
                                 SC_SKIP_OCTREE: followed by the upper levels of the pyramid, see

@@ -31,8 +31,8 @@ typedef struct sc_grey_look {
 typedef struct sc_sampling {
     int samples;      /**< in a pixel that gets more than one, 1 to SC_SAMPLES_MAX; 1: every pixel
                            gets one */
-    int lens_samples; /**< in a pixel of a scene whose camera has an aperture, or whose light comes
-                           by paths: a power of two; 0: there is no such scene */
+    int lens_samples; /**< in a pixel of a scene whose camera has an aperture, or whose light is
+                           path-traced: a power of two; 0: there is no such scene */
     bool everywhere;  /**< true: every pixel gets that many rays; false: only pixels that differ
                            from a neighbour do, all others one */
     bool to_the_end;  /**< rays go on behind what is opaque: the same picture, more work */

@@ -425,7 +425,7 @@ TEST(light_passes_what_does_not_hide)
         assert_near(sc_light_of(&a, &f.volume.to_ras_mm, &scene, 1, point_mm), 0.25, 1e-9);
         scene.clip.sets[0] = 1;
         scene.clip.count = 1;
-        scene.clip.planes[0] = (sc_plane){{0, -1, 0}, 35}; /* keeps y up to 35: not the wall */
+        scene.clip.planes[0] = (sc_plane){{0, -1, 0}, 35}; /* keeps y up to 35, without the wall */
         assert_near(sc_light_of(&a, &f.volume.to_ras_mm, &scene, 1, point_mm), 1, 1e-9);
         scene.clip.planes[0] =
             (sc_plane){{0, -1, 0}, 45}; /* a cut face in the middle of the wall */

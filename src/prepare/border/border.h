@@ -83,8 +83,8 @@ enum {
 typedef struct sc_sub_cubes {
     int size[3];           /* how many along x, y, z */
     sc_sub_labels *lists;  /* [size z][y][x] */
-    uint16_t (*blocks)[2]; /* [size z][y][x]: the tissues of which a block of three voxels along
-                              each axis has its middle there, 0 for none; SC_NO_LABEL: any */
+    uint16_t (*blocks)[2]; /* [size z][y][x]: tissues that fill 3 x 3 x 3 voxels around a voxel
+                              of the cube; 0: none; SC_NO_LABEL: there are more than two */
 } sc_sub_cubes;
 
 /* Which tiles there are. */
